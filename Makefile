@@ -1,0 +1,91 @@
+# `make demo` and `make test` need no preparation: each sets up .venv by itself.
+PYTHON ?= python3
+BUILD ?= build/colcon
+
+VENV := .venv
+LINT := .venv-lint
+COLCON := .venv-colcon
+# A sourced ROS brings its own rclpy. Its .venv differs from the one that takes rclpy from PyPI, so the stamps differ too.
+READY := $(VENV)/.ready-$(if $(AMENT_PREFIX_PATH),ros,pypi)
+
+.PHONY: help venv demo test bench docs lint build clean
+
+help: ## list the targets
+	@sed -n 's/^\([a-z]*\):.*## \(.*\)/make \1\t\2/p' $(MAKEFILE_LIST)
+
+demo: $(READY) ## run the demo
+	@$(VENV)/bin/rigid_body_demo
+
+test: $(READY) ## run all tests, then those marked no_numba again without numba
+	$(VENV)/bin/python -m pytest
+	RIGID_BODY_SIM_NO_NUMBA=1 $(VENV)/bin/python -m pytest -m no_numba
+
+bench: $(READY) ## measure what a step costs
+	@$(VENV)/bin/python -m rigid_body_sim.report.step_cost
+
+docs: $(READY) ## write the tables in docs/ anew from the code
+	@$(VENV)/bin/python -m rigid_body_sim.tools.doc_tables
+
+lint: $(LINT)/.ready ## check format, style, spelling, YAML and XML
+	$(LINT)/bin/ruff format --check .
+	$(LINT)/bin/ruff check .
+	$(LINT)/bin/codespell
+	$(LINT)/bin/check-yaml .pre-commit-config.yaml $(wildcard config/*.yaml)
+	$(LINT)/bin/check-xml package.xml $(wildcard launch/*.xml)
+
+build: $(COLCON)/.ready ## build with colcon, into build/colcon
+	$(COLCON)/bin/colcon --log-base $(BUILD)/log build --base-paths . --packages-select rigid_body_sim \
+		--build-base $(BUILD)/build --install-base $(BUILD)/install
+
+venv: $(READY) ## set up .venv
+
+clean: ## remove everything that make made
+	rm -rf $(VENV) $(LINT) $(COLCON) build dist *.egg-info .pytest_cache .ruff_cache .hypothesis
+	find rigid_body_sim test -name __pycache__ -prune -exec rm -rf {} +
+
+define check_python
+$(PYTHON) -c 'import sys; sys.exit(not (3, 10) <= sys.version_info[:2] <= (3, 13))' 2>/dev/null || { \
+	version=$$($(PYTHON) --version 2>&1) || version="not found"; \
+	echo "'$(PYTHON)' is $$version, but Python 3.10 to 3.13 is needed: name one with 'make PYTHON=python3.12 $(MAKECMDGOALS)'." >&2; \
+	exit 1; }; \
+$(PYTHON) -c 'import ensurepip, venv' 2>/dev/null || { \
+	echo "'$(PYTHON)' lacks its venv module: install it (on Debian and Ubuntu 'sudo apt install python3-venv')." >&2; \
+	exit 1; }
+endef
+
+# An interrupted set-up leaves no stamp and starts afresh; a changed setup.py updates the .venv that is there.
+$(READY): setup.py setup.cfg pyproject.toml
+	@$(check_python)
+	@echo "Setting up $(VENV) (once, about a minute) ..."
+	@set -e; \
+	extras=ros,fast,report,test; site=; \
+	if $(PYTHON) -c 'import rclpy' 2>/dev/null; then \
+		case "$$ROS_DISTRO" in \
+		jazzy) echo "Using rclpy of the sourced ROS Jazzy."; extras=fast,report,test; site=--system-site-packages ;; \
+		?*) echo "ROS $$ROS_DISTRO is sourced, but Jazzy is needed: source that, or use a shell with no ROS sourced." >&2; exit 1 ;; \
+		esac; \
+	fi; \
+	[ -e $@ ] || $(PYTHON) -m venv --clear $$site $(VENV); \
+	$(VENV)/bin/python -m pip install --quiet --disable-pip-version-check --upgrade pip; \
+	PYTHONWARNINGS="ignore:Editable installation" \
+		$(VENV)/bin/python -m pip install --quiet --disable-pip-version-check --editable ".[$$extras]"; \
+	$(VENV)/bin/python -c 'import rclpy, geometry_msgs.msg' || { \
+		echo "rclpy does not work in $(VENV), see above. A ROS made for another Python may be sourced: use a shell without it." >&2; \
+		exit 1; }; \
+	touch $@
+
+$(LINT)/.ready: .pre-commit-config.yaml
+	@$(check_python)
+	@echo "Setting up $(LINT) (once) ..."
+	@$(PYTHON) -m venv --clear $(LINT)
+	@$(LINT)/bin/python -m pip install --quiet --disable-pip-version-check \
+		$$(grep -o '[a-z-]*\(\[[a-z]*\]\)\?==[0-9.]*' .pre-commit-config.yaml | sort -u)
+	@touch $@
+
+# setuptools is named because a new venv no longer has it, and colcon runs setup.py with it.
+$(COLCON)/.ready:
+	@$(check_python)
+	@echo "Setting up $(COLCON) (once) ..."
+	@$(PYTHON) -m venv --clear $(COLCON)
+	@$(COLCON)/bin/python -m pip install --quiet --disable-pip-version-check setuptools colcon-common-extensions
+	@touch $@

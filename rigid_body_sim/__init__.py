@@ -1,0 +1,34 @@
+"""Rigid-body simulation, exact between commands; usable with or without ROS 2."""
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from .physics.body import Body
+    from .physics.state import BodyState, State
+    from .physics.wrench import Wrench
+    from .scene.loader import Scene, load_scene
+    from .simulation import Simulation, SimulationError, Snapshot
+
+__version__ = "0.1.0"
+
+__all__ = ["Body", "BodyState", "Scene", "Simulation", "SimulationError", "Snapshot", "State", "Wrench", "load_scene"]
+
+_HOMES = {
+    "Body": "physics.body",
+    "BodyState": "physics.state",
+    "Scene": "scene.loader",
+    "Simulation": "simulation",
+    "SimulationError": "simulation",
+    "Snapshot": "simulation",
+    "State": "physics.state",
+    "Wrench": "physics.wrench",
+    "load_scene": "scene.loader",
+}
+
+
+def __getattr__(name: str) -> Any:
+    """Import a public name when it is first used (PEP 562): a program can handle signals before numba is imported."""
+    if name not in _HOMES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(importlib.import_module(f".{_HOMES[name]}", __name__), name)

@@ -1,0 +1,18 @@
+"""How time advances: one file per integrator, and the registry that names them."""
+
+from . import rk4, semi_implicit_euler, taylor
+from .base import Integrator
+
+REGISTRY: dict[str, Integrator] = {
+    module.INTEGRATOR.name: module.INTEGRATOR for module in (taylor, rk4, semi_implicit_euler)
+}
+
+
+def get(name: str) -> Integrator:
+    """The integrator of that name. Raises ValueError, naming those there are, for any other."""
+    if name not in REGISTRY:
+        raise ValueError(f"integrator {name!r} is not known; choose one of {', '.join(REGISTRY)}")
+    return REGISTRY[name]
+
+
+__all__ = ["REGISTRY", "Integrator", "get"]

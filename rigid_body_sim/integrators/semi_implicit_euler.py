@@ -1,0 +1,50 @@
+"""What game engines do: momenta first, then position and attitude from the new momenta, all to first order."""
+
+from ..physics.compiled import kernel
+from ..physics.forces import MASS, force_world, rates_principal, reduce_wrench, torque_principal
+from ..physics.rotation import qmultiply, qrotate
+from ..physics.state import SIZE, L, P, Q, X, add_to_attitude, is_finite
+from .base import Integrator
+
+WORK_SIZE = SIZE  # the state before the step
+
+
+@kernel
+def steps(state, model, work, h, n):
+    """Advance by up to n steps of h [s]; see base.Integrator."""
+    reduce_wrench(model)
+    for done in range(n):
+        for i in range(SIZE):
+            work[i] = state[i]
+        _step(state, model, h)
+        if not is_finite(state):
+            for i in range(SIZE):
+                state[i] = work[i]
+            return done
+    return n
+
+
+@kernel
+def _step(state, model, h):
+    qw, qx, qy, qz = state[Q], state[Q + 1], state[Q + 2], state[Q + 3]
+    fx, fy, fz = force_world(model, qw, qx, qy, qz)
+    tx, ty, tz = torque_principal(model, qw, qx, qy, qz)
+    tx, ty, tz = qrotate(qw, qx, qy, qz, tx, ty, tz)
+    state[P], state[P + 1], state[P + 2] = state[P] + h * fx, state[P + 1] + h * fy, state[P + 2] + h * fz
+    state[L], state[L + 1], state[L + 2] = state[L] + h * tx, state[L + 1] + h * ty, state[L + 2] + h * tz
+    for i in range(3):
+        state[X + i] += h * state[P + i] / model[MASS]
+    wx, wy, wz = rates_principal(model, qw, qx, qy, qz, state[L], state[L + 1], state[L + 2])
+    half = 0.5 * h
+    dw, dx, dy, dz = qmultiply(qw, qx, qy, qz, 0.0, half * wx, half * wy, half * wz)
+    add_to_attitude(state, dw, dx, dy, dz)
+
+
+INTEGRATOR = Integrator(
+    name="semi_implicit_euler",
+    order=1,
+    explicit=True,
+    steps=steps,
+    work_size=WORK_SIZE,
+    text="Semi-implicit Euler with a normalised quaternion, as in game engines, for comparison: first order.",
+)

@@ -1,0 +1,1 @@
+"""What a rigid body is: attitude, inertia, state, wrench, forces and invariants."""

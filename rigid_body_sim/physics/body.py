@@ -1,0 +1,76 @@
+"""What a rigid body is: mass, inertia and where its centre of mass sits."""
+
+import math
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from . import inertia as inertia_module
+
+
+class Body:
+    """A rigid body with a body frame fixed to it.
+
+    Parameters
+    ----------
+    mass : float
+        Mass [kg], greater than zero.
+    inertia : array_like
+        Inertia [kg m²] about the centre of mass in body axes: 3 principal moments, 6 entries (ixx, iyy, izz, ixy, ixz,
+        iyz) as in URDF, or a matrix (3, 3).
+    center_of_mass : array_like, shape (3,)
+        Centre of mass [m] from the body frame's origin, body axes.
+
+    Raises
+    ------
+    ValueError
+        Mass not positive, inertia that no body can have, a value that is not finite, a wrong shape: each with its
+        reason.
+
+    Attributes
+    ----------
+    principal_moments : NDArray, shape (3,)
+        Diagonal of I₀ [kg m²]; theory (2.4.12).
+    q_body_principal : NDArray, shape (4,)
+        Unit quaternion, principal axes → body axes.
+    """
+
+    def __init__(self, mass: float, inertia: ArrayLike, center_of_mass: ArrayLike = (0.0, 0.0, 0.0)):
+        self.mass = _positive(mass, "mass", "kg")
+        self.inertia = inertia_module.as_matrix(inertia)
+        inertia_module.check(self.inertia)
+        self.center_of_mass = np.array(center_of_mass, float)
+        if self.center_of_mass.shape != (3,) or not np.isfinite(self.center_of_mass).all():
+            raise ValueError(f"center_of_mass {center_of_mass!r} must be three finite numbers in m")
+        self.principal_moments, self.q_body_principal = inertia_module.principal_axes(self.inertia)
+        for array in (self.inertia, self.center_of_mass, self.principal_moments, self.q_body_principal):
+            array.flags.writeable = False
+
+    @property
+    def inertia_entries(self) -> NDArray:
+        """(ixx, iyy, izz, ixy, ixz, iyz) [kg m²], body axes, about the centre of mass."""
+        return self.inertia[(0, 1, 2, 0, 0, 1), (0, 1, 2, 1, 2, 2)]
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Body):
+            return NotImplemented
+        return (
+            self.mass == other.mass
+            and np.array_equal(self.inertia, other.inertia)
+            and np.array_equal(self.center_of_mass, other.center_of_mass)
+        )
+
+    __hash__ = None
+
+    def __repr__(self) -> str:
+        return (
+            f"Body(mass={self.mass!r}, inertia={tuple(self.inertia_entries.tolist())}, "
+            f"center_of_mass={tuple(self.center_of_mass.tolist())})"
+        )
+
+
+def _positive(value: float, name: str, unit: str) -> float:
+    number = float(value)
+    if not 0.0 < number < math.inf:
+        raise ValueError(f"{name} {number:g} {unit} is not a finite number greater than zero")
+    return number

@@ -1,0 +1,196 @@
+"""The kernels' view of a body and its held wrench: one flat array, and the forces and torques that follow from it.
+
+The array holds what is given (body, gravity, wrench in the axes in which it was given) and, from ``REDUCED`` on, what
+``reduce_wrench`` makes of it: everything about the centre of mass and in principal axes.
+
+A torque that is fixed in the world, or comes from a world-axes force at a body-fixed point, is linear in the world axes
+seen from the body. So any number of them is ``Σ_i A_i Rᵀ B_i`` with at most three *carried vectors* B_i (world) and
+matrices A_i (principal axes): one carried vector when all are parallel, the three world axes otherwise.
+"""
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .body import Body
+from .compiled import kernel
+from .rotation import cross, qrotate, qrotate_back
+from .wrench import Wrench
+
+MASS = 0
+MOMENTS = 1  # principal moments, 3
+Q_BODY_PRINCIPAL = 4  # 4
+CENTER_OF_MASS = 8  # body axes, 3
+GRAVITY = 11  # world, 3
+WRENCH = 14  # the twelve values of Wrench.values
+N_POINTS = 26
+EULER = 27  # (I_y − I_z) / I_x and its cyclic companions, the coefficients of Euler's equation (theory 2.5.6), 3
+REDUCED = 30
+FORCE = REDUCED  # force in principal axes, 3
+TORQUE = REDUCED + 3  # torque about the centre of mass in principal axes, 3
+FORCE_WORLD = REDUCED + 6  # force in world axes, gravity included, 3
+N_CARRIED = REDUCED + 9
+ONLY_WORLD_TORQUE = REDUCED + 10  # 1 when all torque is fixed in the world: L is then a closed form
+CARRIED = REDUCED + 11  # B_i, world, 3 x 3
+ARMS = REDUCED + 20  # A_i, 3 x 9
+POINTS = REDUCED + 47  # point (body axes from the origin) and force (world), 6 each
+
+
+def new_model(body: Body, gravity: ArrayLike, wrench: Wrench) -> NDArray:
+    """Model array for a body [SI, body axes], gravity [m/s², world] and a held wrench."""
+    model = np.zeros(POINTS + 6 * len(wrench.points))
+    model[MASS] = body.mass
+    model[MOMENTS : MOMENTS + 3] = body.principal_moments
+    model[Q_BODY_PRINCIPAL : Q_BODY_PRINCIPAL + 4] = body.q_body_principal
+    model[CENTER_OF_MASS : CENTER_OF_MASS + 3] = body.center_of_mass
+    model[GRAVITY : GRAVITY + 3] = gravity
+    model[WRENCH : WRENCH + 12] = wrench.values
+    model[N_POINTS] = len(wrench.points)
+    model[POINTS:] = np.ravel(wrench.points)
+    x, y, z = body.principal_moments
+    model[EULER : EULER + 3] = (y - z) / x, (z - x) / y, (x - y) / z
+    return model
+
+
+@kernel
+def to_principal(model, vx, vy, vz):
+    """Body axes → principal axes."""
+    i = Q_BODY_PRINCIPAL
+    return qrotate_back(model[i], model[i + 1], model[i + 2], model[i + 3], vx, vy, vz)
+
+
+@kernel
+def to_body(model, vx, vy, vz):
+    """Principal axes → body axes."""
+    i = Q_BODY_PRINCIPAL
+    return qrotate(model[i], model[i + 1], model[i + 2], model[i + 3], vx, vy, vz)
+
+
+@kernel
+def reduce_wrench(model):
+    """Fill the reduced part: body-axes wrench about the centre of mass, sum of world forces, carried vectors."""
+    w = WRENCH
+    c = CENTER_OF_MASS
+    fx, fy, fz = model[w], model[w + 1], model[w + 2]
+    mx, my, mz = cross(model[c], model[c + 1], model[c + 2], fx, fy, fz)
+    model[FORCE], model[FORCE + 1], model[FORCE + 2] = to_principal(model, fx, fy, fz)
+    model[TORQUE], model[TORQUE + 1], model[TORQUE + 2] = to_principal(
+        model, model[w + 3] - mx, model[w + 4] - my, model[w + 5] - mz
+    )
+    for i in range(3):
+        model[FORCE_WORLD + i] = model[w + 6 + i] + model[MASS] * model[GRAVITY + i]
+    model[ONLY_WORLD_TORQUE] = 0.0
+    if model[N_POINTS] == 0.0:
+        _carry_world_torque(model)
+    else:
+        _carry_point_forces(model)
+
+
+@kernel
+def _carry_world_torque(model):
+    w = WRENCH + 9
+    model[N_CARRIED] = 0.0
+    if model[w] != 0.0 or model[w + 1] != 0.0 or model[w + 2] != 0.0:
+        model[N_CARRIED] = 1.0
+    for i in range(9):
+        model[ARMS + i] = 1.0 if i % 4 == 0 else 0.0
+    for i in range(3):
+        model[CARRIED + i] = model[w + i]
+    if model[TORQUE] == 0.0 and model[TORQUE + 1] == 0.0 and model[TORQUE + 2] == 0.0:
+        model[ONLY_WORLD_TORQUE] = 1.0
+
+
+@kernel
+def _carry_point_forces(model):
+    """Carried vectors for world-axes forces at points: their common direction, or the three world axes."""
+    n = int(model[N_POINTS])
+    for k in range(n):
+        for i in range(3):
+            model[FORCE_WORLD + i] += model[POINTS + 6 * k + 3 + i]
+    for i in range(27):
+        model[ARMS + i] = 0.0
+    parallel = _points_are_parallel(model, n)
+    for i in range(9):
+        model[CARRIED + i] = 1.0 if i % 4 == 0 else 0.0
+    model[N_CARRIED] = 1.0 if parallel else 3.0
+    if parallel:
+        for i in range(3):
+            model[CARRIED + i] = model[POINTS + 3 + i]
+    for k in range(n):
+        _add_arms(model, k, parallel)
+    if not parallel:
+        for axis in range(3):
+            for i in range(3):
+                model[ARMS + 9 * axis + 4 * i] += model[WRENCH + 9 + axis]
+
+
+@kernel
+def _points_are_parallel(model, n):
+    """Whether all forces at points lie along the first one, exactly, and no world torque needs carrying beside them."""
+    for i in range(3):
+        if model[WRENCH + 9 + i] != 0.0:
+            return False
+    p = POINTS + 3
+    if model[p] == 0.0 and model[p + 1] == 0.0 and model[p + 2] == 0.0:
+        return False
+    for k in range(1, n):
+        a = p + 6 * k
+        x, y, z = cross(model[p], model[p + 1], model[p + 2], model[a], model[a + 1], model[a + 2])
+        if x != 0.0 or y != 0.0 or z != 0.0:
+            return False
+    return True
+
+
+@kernel
+def _add_arms(model, k, parallel):
+    """Add point k's skew matrix of its arm from the centre of mass to each A_i, weighted by the force along B_i."""
+    p = POINTS + 6 * k
+    c = CENTER_OF_MASS
+    x, y, z = to_principal(model, model[p] - model[c], model[p + 1] - model[c + 1], model[p + 2] - model[c + 2])
+    for i in range(1 if parallel else 3):
+        b = CARRIED + 3 * i
+        along = model[b] * model[p + 3] + model[b + 1] * model[p + 4] + model[b + 2] * model[p + 5]
+        weight = along / (model[b] * model[b] + model[b + 1] * model[b + 1] + model[b + 2] * model[b + 2])
+        a = ARMS + 9 * i
+        model[a + 1] -= weight * z
+        model[a + 2] += weight * y
+        model[a + 3] += weight * z
+        model[a + 5] -= weight * x
+        model[a + 6] -= weight * y
+        model[a + 7] += weight * x
+
+
+@kernel
+def arm_torque(model, i, bx, by, bz):
+    """A_i b: the torque (principal axes) of carried vector i whose components in principal axes are b."""
+    a = ARMS + 9 * i
+    return (
+        model[a] * bx + model[a + 1] * by + model[a + 2] * bz,
+        model[a + 3] * bx + model[a + 4] * by + model[a + 5] * bz,
+        model[a + 6] * bx + model[a + 7] * by + model[a + 8] * bz,
+    )
+
+
+@kernel
+def torque_principal(model, qw, qx, qy, qz):
+    """Whole torque about the centre of mass, in principal axes, at the attitude q (principal axes → world)."""
+    tx, ty, tz = model[TORQUE], model[TORQUE + 1], model[TORQUE + 2]
+    for i in range(int(model[N_CARRIED])):
+        b = CARRIED + 3 * i
+        bx, by, bz = qrotate_back(qw, qx, qy, qz, model[b], model[b + 1], model[b + 2])
+        ax, ay, az = arm_torque(model, i, bx, by, bz)
+        tx, ty, tz = tx + ax, ty + ay, tz + az
+    return tx, ty, tz
+
+
+@kernel
+def force_world(model, qw, qx, qy, qz):
+    """Whole force, in world axes, at the attitude q (principal axes → world)."""
+    fx, fy, fz = qrotate(qw, qx, qy, qz, model[FORCE], model[FORCE + 1], model[FORCE + 2])
+    return fx + model[FORCE_WORLD], fy + model[FORCE_WORLD + 1], fz + model[FORCE_WORLD + 2]
+
+
+@kernel
+def rates_principal(model, qw, qx, qy, qz, lx, ly, lz):
+    """Angular velocity in principal axes from the angular momentum L in the world: ω = I₀⁻¹ Rᵀ L, theory (2.4.3)."""
+    x, y, z = qrotate_back(qw, qx, qy, qz, lx, ly, lz)
+    return x / model[MOMENTS], y / model[MOMENTS + 1], z / model[MOMENTS + 2]

@@ -1,0 +1,188 @@
+"""The state of a rigid body: the flat layout that the kernels advance, and what users read and write.
+
+Layout of the flat state, 26 numbers, theory (2.6.1): (x, q, P, L), then the low-order parts of the same 13 numbers,
+which compensated summation keeps. A number's best value is the sum of the two.
+"""
+
+import math
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from . import rotation
+from .compiled import kernel
+from .forces import CENTER_OF_MASS, MASS, MOMENTS, Q_BODY_PRINCIPAL, rates_principal, to_body, to_principal
+from .rotation import cross, qmultiply, qrotate
+from .wrench import three_finite
+
+X = 0  # position of the centre of mass [m, world], 3
+Q = 3  # unit quaternion (w, x, y, z), principal axes → world, 4
+P = 7  # momentum [kg m/s, world], 3
+L = 10  # angular momentum about the centre of mass [kg m²/s, world], 3
+LOW = 13  # where the low-order parts begin
+SIZE = 26
+OUT_SIZE = 19  # position 3, orientation 4, velocity 3, angular velocity 3, momentum 3, angular momentum 3
+
+
+class State:
+    """Position, attitude and velocities of a body frame.
+
+    Parameters
+    ----------
+    position : array_like, shape (3,)
+        Position [m] of the body frame's origin, world axes.
+    orientation : array_like, shape (4,)
+        Quaternion (w, x, y, z), body → world; normalised here.
+    velocity : array_like, shape (3,)
+        Velocity [m/s] of the body frame's origin, world axes.
+    angular_velocity : array_like, shape (3,)
+        Angular velocity [rad/s] in body axes.
+
+    Raises
+    ------
+    ValueError
+        A value that is not finite, a wrong shape, or an orientation without direction.
+    """
+
+    __slots__ = ("values",)
+
+    def __init__(
+        self,
+        position: ArrayLike = (0.0, 0.0, 0.0),
+        orientation: ArrayLike = (1.0, 0.0, 0.0, 0.0),
+        velocity: ArrayLike = (0.0, 0.0, 0.0),
+        angular_velocity: ArrayLike = (0.0, 0.0, 0.0),
+    ):
+        self.values = np.concatenate(
+            (
+                three_finite(position, "position"),
+                rotation.normalize(orientation),
+                three_finite(velocity, "velocity"),
+                three_finite(angular_velocity, "angular_velocity"),
+            )
+        )
+        self.values.flags.writeable = False
+
+    @property
+    def position(self) -> NDArray:
+        """Position [m] of the body frame's origin, world axes, shape (3,)."""
+        return self.values[0:3]
+
+    @property
+    def orientation(self) -> NDArray:
+        """Unit quaternion (w, x, y, z), body → world, shape (4,)."""
+        return self.values[3:7]
+
+    @property
+    def velocity(self) -> NDArray:
+        """Velocity [m/s] of the body frame's origin, world axes, shape (3,)."""
+        return self.values[7:10]
+
+    @property
+    def angular_velocity(self) -> NDArray:
+        """Angular velocity [rad/s], body axes, shape (3,)."""
+        return self.values[10:13]
+
+    def __repr__(self) -> str:
+        p, q, v, w = (tuple(self.values[a:b].tolist()) for a, b in ((0, 3), (3, 7), (7, 10), (10, 13)))
+        return f"{type(self).__name__}(position={p}, orientation={q}, velocity={v}, angular_velocity={w})"
+
+
+class BodyState(State):
+    """State of a given body at one moment: a State with its momentum, as ``Simulation.state`` gives it."""
+
+    __slots__ = ()
+
+    def __init__(self, values: NDArray):
+        self.values = values
+        values.flags.writeable = False
+
+    @property
+    def momentum(self) -> NDArray:
+        """Momentum P [kg m/s], world axes, shape (3,)."""
+        return self.values[13:16]
+
+    @property
+    def angular_momentum(self) -> NDArray:
+        """Angular momentum L [kg m²/s] about the centre of mass, world axes, shape (3,)."""
+        return self.values[16:19]
+
+
+def flatten(state: State, model: NDArray) -> NDArray:
+    """The 26 numbers of a state for the body in ``model`` (see forces.new_model)."""
+    flat = np.zeros(SIZE)
+    px, py, pz, qw, qx, qy, qz, vx, vy, vz, wx, wy, wz = state.values[:13].tolist()
+    cx, cy, cz = model[CENTER_OF_MASS : CENTER_OF_MASS + 3].tolist()
+    rx, ry, rz = qrotate(qw, qx, qy, qz, cx, cy, cz)
+    ux, uy, uz = qrotate(qw, qx, qy, qz, *cross(wx, wy, wz, cx, cy, cz))
+    flat[X : X + 3] = px + rx, py + ry, pz + rz
+    flat[Q : Q + 4] = qmultiply(qw, qx, qy, qz, *model[Q_BODY_PRINCIPAL : Q_BODY_PRINCIPAL + 4].tolist())
+    flat[P : P + 3] = model[MASS] * np.array((vx + ux, vy + uy, vz + uz))
+    l_principal = model[MOMENTS : MOMENTS + 3] * to_principal(model, wx, wy, wz)
+    flat[L : L + 3] = qrotate(*flat[Q : Q + 4].tolist(), *l_principal.tolist())
+    return flat
+
+
+@kernel
+def read_pose(state, model):
+    """(x, y, z, qw, qx, qy, qz) of the body frame in the world; its origin is at o = x − R c, with c in body axes."""
+    b = Q_BODY_PRINCIPAL
+    qw, qx, qy, qz = qmultiply(
+        state[Q], state[Q + 1], state[Q + 2], state[Q + 3], model[b], -model[b + 1], -model[b + 2], -model[b + 3]
+    )
+    c = CENTER_OF_MASS
+    rx, ry, rz = qrotate(qw, qx, qy, qz, model[c], model[c + 1], model[c + 2])
+    return state[X] - rx, state[X + 1] - ry, state[X + 2] - rz, qw, qx, qy, qz
+
+
+@kernel
+def read_out(state, model, out):
+    """Fill ``out`` (19) with position, orientation, velocity, angular velocity, momentum and angular momentum.
+
+    The velocity is that of the body frame's origin: v_o = P/m − R (ω × c), with c and ω in body axes.
+    """
+    wx, wy, wz = rates_principal(
+        model, state[Q], state[Q + 1], state[Q + 2], state[Q + 3], state[L], state[L + 1], state[L + 2]
+    )
+    wx, wy, wz = to_body(model, wx, wy, wz)
+    px, py, pz, qw, qx, qy, qz = read_pose(state, model)
+    c, m = CENTER_OF_MASS, model[MASS]
+    ux, uy, uz = cross(wx, wy, wz, model[c], model[c + 1], model[c + 2])
+    ux, uy, uz = qrotate(qw, qx, qy, qz, ux, uy, uz)
+    out[0], out[1], out[2] = px, py, pz
+    out[3], out[4], out[5], out[6] = qw, qx, qy, qz
+    out[7], out[8], out[9] = state[P] / m - ux, state[P + 1] / m - uy, state[P + 2] / m - uz
+    out[10], out[11], out[12] = wx, wy, wz
+    for i in range(3):
+        out[13 + i] = state[P + i]
+        out[16 + i] = state[L + i]
+
+
+@kernel
+def add_compensated(state, i, d):
+    """state[i] += d, keeping the low-order part: Knuth's TwoSum (TAOCP vol. 2, 4.2.2), right for any sizes."""
+    high = state[i]
+    d += state[LOW + i]
+    total = high + d
+    kept = total - high
+    state[LOW + i] = (high - (total - kept)) + (d - kept)
+    state[i] = total
+
+
+@kernel
+def add_to_attitude(state, dw, dx, dy, dz):
+    """Add to the quaternion and scale it to unit length; when nothing is added, not one bit changes."""
+    if dw == 0.0 and dx == 0.0 and dy == 0.0 and dz == 0.0:
+        return
+    w, x, y, z = state[Q] + dw, state[Q + 1] + dx, state[Q + 2] + dy, state[Q + 3] + dz
+    unit = 1.0 / math.sqrt(w * w + x * x + y * y + z * z)
+    state[Q], state[Q + 1], state[Q + 2], state[Q + 3] = unit * w, unit * x, unit * y, unit * z
+
+
+@kernel
+def is_finite(state):
+    """Whether all 13 numbers are finite: x − x is 0 for those and NaN for infinities and NaN."""
+    total = 0.0
+    for i in range(LOW):
+        total += state[i] - state[i]
+    return total == 0.0

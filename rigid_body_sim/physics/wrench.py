@@ -1,0 +1,109 @@
+"""Forces and torques held constant between two commands."""
+
+import math
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+ZERO = (0.0, 0.0, 0.0)
+
+
+class Wrench:
+    """Forces and torques on a body, each held in its own axes; everything given adds up.
+
+    Parameters
+    ----------
+    force_body, torque_body : sequence of 3 floats
+        Force [N] at the body frame's origin and torque [N m], body axes: they turn with the body.
+    force_world, torque_world : sequence of 3 floats
+        Force [N] at the centre of mass and torque [N m], world axes: they keep their direction while the body turns.
+    points : iterable of (point, force)
+        Forces [N] in world axes, each at a body-fixed point [m] given from the body frame's origin in body axes. The
+        force keeps its direction, its arm turns with the body; theory (2.3.4).
+
+    Raises
+    ------
+    ValueError
+        A value that is not finite, or not three of them.
+    """
+
+    __slots__ = ("points", "values")
+
+    def __init__(
+        self,
+        force_body: Sequence[float] = ZERO,
+        torque_body: Sequence[float] = ZERO,
+        force_world: Sequence[float] = ZERO,
+        torque_world: Sequence[float] = ZERO,
+        points: Iterable[tuple[Sequence[float], Sequence[float]]] = (),
+    ):
+        # This runs once per command, at up to 10 kHz: unpacking checks the length, one sum the finiteness.
+        try:
+            fx, fy, fz = force_body
+            tx, ty, tz = torque_body
+            gx, gy, gz = force_world
+            ux, uy, uz = torque_world
+            values = (fx, fy, fz, tx, ty, tz, gx, gy, gz, ux, uy, uz)
+            total = fx + fy + fz + tx + ty + tz + gx + gy + gz + ux + uy + uz
+            finite = total - total == 0.0
+        except (TypeError, ValueError):
+            finite = False
+        if not finite:
+            self._explain(
+                force_body=force_body, torque_body=torque_body, force_world=force_world, torque_world=torque_world
+            )
+        self.values = values
+        self.points = tuple(_point(point, force) for point, force in points) if points else ()
+
+    @property
+    def force_body(self) -> NDArray:
+        """Force [N] at the body frame's origin, body axes, shape (3,)."""
+        return np.array(self.values[0:3], float)
+
+    @property
+    def torque_body(self) -> NDArray:
+        """Torque [N m], body axes, shape (3,)."""
+        return np.array(self.values[3:6], float)
+
+    @property
+    def force_world(self) -> NDArray:
+        """Force [N] at the centre of mass, world axes, shape (3,)."""
+        return np.array(self.values[6:9], float)
+
+    @property
+    def torque_world(self) -> NDArray:
+        """Torque [N m], world axes, shape (3,)."""
+        return np.array(self.values[9:12], float)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Wrench) and self.values == other.values and self.points == other.points
+
+    __hash__ = None
+
+    def __repr__(self) -> str:
+        f, t, g, u = (self.values[i : i + 3] for i in (0, 3, 6, 9))
+        points = f", points={self.points}" if self.points else ""
+        return f"Wrench(force_body={f}, torque_body={t}, force_world={g}, torque_world={u}{points})"
+
+    @staticmethod
+    def _explain(**given: Sequence[float]) -> None:
+        """Raise the sentence for the first value that breaks a rule; sums too large for a float break one too."""
+        for name, value in given.items():
+            three_finite(value, name)
+        raise ValueError(f"wrench {given} is too large; the sum of its components must be a finite number")
+
+
+def three_finite(value: Sequence[float], name: str) -> tuple[float, float, float]:
+    """``value`` as three finite floats. Raises ValueError, naming ``name``, when it is anything else."""
+    try:
+        numbers = tuple(float(component) for component in value)
+    except (TypeError, ValueError):
+        numbers = ()
+    if len(numbers) != 3 or not all(math.isfinite(component) for component in numbers):
+        raise ValueError(f"{name} {value!r} must be three finite numbers (x, y, z)")
+    return numbers
+
+
+def _point(point: Sequence[float], force: Sequence[float]) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    return three_finite(point, "point"), three_finite(force, "force at a point")

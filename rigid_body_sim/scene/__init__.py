@@ -1,0 +1,1 @@
+"""What to simulate: the table of parameters and the scene files that set them."""

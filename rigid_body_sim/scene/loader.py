@@ -1,0 +1,157 @@
+"""Scenes: checked parameters, read from a ROS parameter file or any mapping, and the physics they describe."""
+
+import os
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import yaml
+
+from ..physics import rotation
+from ..physics.body import Body
+from ..physics.state import State
+from ..physics.wrench import Wrench
+from . import schema
+
+
+@dataclass(frozen=True)
+class Frame:
+    """A frame fixed to the body in which wrenches may be sent; see ``frames.<name>.*`` in the schema."""
+
+    position: tuple[float, float, float]
+    orientation: tuple[float, float, float, float]
+    axes: str
+
+    def wrench(self, force: tuple[float, ...], torque: tuple[float, ...]) -> Wrench:
+        """The wrench of a force [N] at this frame's origin and a torque [N m], both in ``axes``."""
+        if self.axes == "world":
+            return Wrench(torque_world=torque, points=[(self.position, force)])
+        f_body = rotation.rotate(self.orientation, force)
+        tau_body = rotation.rotate(self.orientation, torque)
+        about_origin = tau_body + np.cross(self.position, f_body)
+        return Wrench(force_body=f_body.tolist(), torque_body=about_origin.tolist())
+
+
+class Scene:
+    """Checked parameters by dotted name, ``scene["body.mass"]``, and what they describe.
+
+    Raises ValueError, with a sentence that names the parameter, for an unknown name, a bad value, or values that do not
+    go together.
+    """
+
+    def __init__(self, given: Mapping[str, Any] | None = None):
+        self.values = schema.read(given or {})
+        self.steps_per_publish = self._steps_per_publish()
+        self.frames = self._frames()
+        self.body()
+        self.initial_state()
+
+    def __getitem__(self, name: str) -> Any:
+        return self.values[name]
+
+    def body(self) -> Body:
+        """The body described by ``body.*``."""
+        try:
+            return Body(self["body.mass"], self["body.inertia"], self["body.center_of_mass"])
+        except ValueError as reason:
+            raise ValueError(f"parameter body.inertia = {list(self['body.inertia'])}: {reason}") from None
+
+    def initial_state(self) -> State:
+        """The state described by ``initial.*``."""
+        try:
+            return State(
+                self["initial.position"],
+                self["initial.orientation"],
+                self["initial.linear_velocity"],
+                self["initial.angular_velocity"],
+            )
+        except ValueError as reason:
+            raise ValueError(f"parameter initial.orientation: {reason}") from None
+
+    def _steps_per_publish(self) -> int:
+        rate, publish_rate = self["rate"], self["publish_rate"]
+        if publish_rate == 0.0:
+            return 1
+        steps = round(rate / publish_rate)
+        if steps < 1 or abs(steps * publish_rate - rate) > 1e-5 * rate:
+            nearest = rate / max(1, steps)
+            raise ValueError(
+                f"parameter publish_rate = {publish_rate:g}: does not divide rate = {rate:g} Hz into whole steps; "
+                f"the nearest that does is {nearest:.9g}"
+            )
+        return steps
+
+    def _frames(self) -> dict[str, Frame]:
+        names = sorted({name.split(".")[1] for name in self.values if name.startswith("frames.")})
+        taken = [self["world_frame_id"], self["body.frame_id"], *names]
+        for name in taken:
+            if taken.count(name) > 1:
+                raise ValueError(
+                    f"frame name {name!r} is used twice; world_frame_id, body.frame_id and frames.* must all differ"
+                )
+        return {name: self._frame(name) for name in names}
+
+    def _frame(self, name: str) -> Frame:
+        position, orientation, axes = (self[f"frames.{name}.{last}"] for last in ("position", "orientation", "axes"))
+        try:
+            return Frame(position, tuple(rotation.normalize(orientation).tolist()), axes)
+        except ValueError as reason:
+            raise ValueError(f"parameter frames.{name}.orientation: {reason}") from None
+
+
+def load_scene(path: str | os.PathLike[str]) -> Scene:
+    """The scene in a ROS parameter file: ``/**: ros__parameters: ...`` with one node section.
+
+    Raises OSError when the file cannot be read and ValueError, beginning with the path, when it is not such a file or
+    holds a parameter that is unknown or bad.
+    """
+    with open(path, encoding="utf-8") as file:
+        try:
+            return Scene(parameters_in(yaml.load(file, Loader=_StrictLoader)))
+        except (yaml.YAMLError, ValueError) as reason:
+            raise ValueError(f"{os.fspath(path)}: {' '.join(str(reason).split())}") from None
+
+
+def parameters_in(document: Any) -> dict[str, Any]:
+    """Dotted names and values in a parsed ROS parameter file. Raises ValueError when it is not one."""
+    if not isinstance(document, Mapping) or len(document) != 1:
+        raise ValueError("a scene file holds one section, such as '/**:', with 'ros__parameters:' below it")
+    (section,) = document.values()
+    if not isinstance(section, Mapping) or set(section) != {"ros__parameters"}:
+        raise ValueError("the node section of a scene file holds 'ros__parameters:' and nothing beside it")
+    return _flatten(section["ros__parameters"] or {}, "")
+
+
+def _flatten(tree: Any, prefix: str) -> dict[str, Any]:
+    if not isinstance(tree, Mapping):
+        return {prefix: tree}
+    flat: dict[str, Any] = {}
+    for key, value in tree.items():
+        for name, leaf in _flatten(value, f"{prefix}.{key}" if prefix else str(key)).items():
+            if name in flat:
+                raise ValueError(f"parameter {name} is given twice; give it once")
+            flat[name] = leaf
+    return flat
+
+
+class _StrictLoader(yaml.SafeLoader):
+    """YAML as ROS reads it: no key twice, no aliases, and 1e-3 is a number (PyYAML takes it for a text)."""
+
+    def compose_node(self, parent: yaml.Node | None, index: Any) -> yaml.Node | None:
+        if self.check_event(yaml.AliasEvent):
+            raise ValueError("a scene file has an alias (*name); write the value out, as ROS parameter files need")
+        return super().compose_node(parent, index)
+
+    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
+        keys = [self.construct_object(key, deep=True) for key, _ in node.value]
+        for key in keys:
+            if keys.count(key) > 1:
+                raise ValueError(f"key {key!r} is given twice in one section; give it once")
+        return super().construct_mapping(node, deep)
+
+
+_StrictLoader.add_implicit_resolver(
+    "tag:yaml.org,2002:float", re.compile(r"^[-+]?(\d+(\.\d*)?|\.\d+)([eE][-+]?\d+)?$"), list("-+0123456789.")
+)

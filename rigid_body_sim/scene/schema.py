@@ -1,0 +1,179 @@
+"""The one table of parameters: names, types, units, defaults, ranges and texts.
+
+The node's ROS parameters, the YAML loader, the messages for bad values and the table in docs/interface.md follow from
+it.
+"""
+
+import difflib
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+TYPES = {bool: "bool", float: "double", str: "string", tuple: "double array"}
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One parameter. ``type`` is bool, float, str or tuple (of floats); ``<name>`` stands for a name of the user's."""
+
+    name: str
+    type: type
+    default: Any
+    text: str
+    unit: str = ""
+    above: float | None = None  # greatest lower bound, excluded
+    least: float | None = None  # smallest value allowed
+    most: float | None = None
+    length: int | None = None
+    choices: tuple[str, ...] = ()
+
+    def read(self, name: str, value: Any) -> Any:
+        """``value`` as this parameter's type. Raises ValueError: what was given, which rule it breaks."""
+        try:
+            converted = self._convert(value)
+            self._check(converted)
+        except ValueError as reason:
+            raise ValueError(f"parameter {name} = {value!r}: {reason}") from None
+        return converted
+
+    @property
+    def rule(self) -> str:
+        """The values allowed, in words; empty when any value of the type is."""
+        if self.choices:
+            return "one of " + ", ".join(self.choices)
+        if self.length:
+            return f"{self.length} finite numbers"
+        if self.type is not float:
+            return ""
+        bounds = [(self.above, "greater than"), (self.least, "at least"), (self.most, "at most")]
+        return " and ".join(["finite", *(f"{word} {bound:g}" for bound, word in bounds if bound is not None)])
+
+    def _convert(self, value: Any) -> Any:
+        if self.type is tuple:
+            if isinstance(value, str) or not isinstance(value, Iterable):
+                raise ValueError(f"is not an array; give {self.length} numbers such as {list(self.default)}")
+            return tuple(_number(entry, list(self.default)) for entry in value)
+        if self.type is float:
+            return _number(value, self.default)
+        if not isinstance(value, self.type):
+            raise ValueError(f"is not of type {TYPES[self.type]}; give a value such as {self.default!r}")
+        return value
+
+    def _check(self, value: Any) -> None:
+        if self.choices and value not in self.choices:
+            raise ValueError(f"is not allowed; give {self.rule}")
+        if self.type is tuple and len(value) != self.length:
+            raise ValueError(f"has {len(value)} entries; give {self.length}, such as {list(self.default)}")
+        numbers = value if self.type is tuple else (value,) if self.type is float else ()
+        if not all(math.isfinite(number) for number in numbers):
+            raise ValueError("is not finite; give finite numbers")
+        in_range = all(
+            (self.above is None or number > self.above)
+            and (self.least is None or number >= self.least)
+            and (self.most is None or number <= self.most)
+            for number in numbers
+        )
+        if not in_range:
+            raise ValueError(f"is out of range; give a number that is {self.rule}")
+        if self.type is str and not value:
+            raise ValueError(f"is empty; give a name such as {self.default!r}")
+
+
+_ZERO = (0.0, 0.0, 0.0)
+_NO_TURN = (1.0, 0.0, 0.0, 0.0)
+
+TABLE: tuple[Parameter, ...] = (
+    Parameter("rate", float, 1000.0, "Steps a second of simulated time.", "Hz", above=0.0, most=1e6),
+    Parameter(
+        "publish_rate",
+        float,
+        100.0,
+        "Pose and twist a second of simulated time; must divide rate; 0 = every step.",
+        "Hz",
+        least=0.0,
+    ),
+    Parameter("start_paused", bool, False, "Wait for ~/pause or ~/step before the first step."),
+    Parameter(
+        "reset_time", bool, False, "~/reset also sets simulated time back; stamps then jump back, which tf dislikes."
+    ),
+    Parameter("world_frame_id", str, "world", "Name of the world frame in headers."),
+    Parameter("twist_frame", str, "body", "Axes in which twist is expressed.", choices=("body", "world")),
+    Parameter(
+        "wrench.timeout",
+        float,
+        0.5,
+        "A command acts this long (simulated time), then zero; 0 = for ever.",
+        "s",
+        least=0.0,
+    ),
+    Parameter("wrench.frame", str, "body", "Frame of commands whose frame_id is empty.", choices=("body", "world")),
+    Parameter("body.frame_id", str, "base_link", "Name of the body frame in headers."),
+    Parameter("body.mass", float, 1.0, "Mass.", "kg", above=0.0),
+    Parameter(
+        "body.inertia",
+        tuple,
+        (0.1, 0.1, 0.1, 0.0, 0.0, 0.0),
+        "ixx, iyy, izz, ixy, ixz, iyz as in URDF: about the centre of mass, body axes.",
+        "kg m²",
+        length=6,
+    ),
+    Parameter(
+        "body.center_of_mass", tuple, _ZERO, "Centre of mass from the body frame's origin, body axes.", "m", length=3
+    ),
+    Parameter("initial.position", tuple, _ZERO, "Position of the body frame's origin, world axes.", "m", length=3),
+    Parameter("initial.orientation", tuple, _NO_TURN, "Quaternion w, x, y, z, body to world; normalised.", length=4),
+    Parameter(
+        "initial.linear_velocity", tuple, _ZERO, "Velocity of the body frame's origin, world axes.", "m/s", length=3
+    ),
+    Parameter("initial.angular_velocity", tuple, _ZERO, "Angular velocity, body axes.", "rad/s", length=3),
+    Parameter("gravity", tuple, _ZERO, "Acceleration of free fall, world axes.", "m/s²", length=3),
+    Parameter("frames.<name>.position", tuple, _ZERO, "Origin of a frame fixed to the body, body axes.", "m", length=3),
+    Parameter(
+        "frames.<name>.orientation", tuple, _NO_TURN, "Quaternion w, x, y, z, that frame to body; normalised.", length=4
+    ),
+    Parameter(
+        "frames.<name>.axes",
+        str,
+        "body",
+        "Axes of a wrench sent in it: body = the frame's own, which turn with the body; world = fixed in the world.",
+        choices=("body", "world"),
+    ),
+    Parameter("integrator.name", str, "taylor", "How time advances; the names are in docs/choosing_an_integrator.md."),
+)
+
+BY_NAME = {parameter.name: parameter for parameter in TABLE}
+
+
+def find(name: str) -> Parameter:
+    """The parameter of that name. Raises ValueError with the nearest known name when there is none."""
+    parts = name.split(".")
+    pattern = f"frames.<name>.{parts[2]}" if len(parts) == 3 and parts[0] == "frames" and parts[1] else name
+    if pattern in BY_NAME and "<name>" not in name:
+        return BY_NAME[pattern]
+    nearest = difflib.get_close_matches(pattern, BY_NAME, n=1, cutoff=0.0)[0]
+    raise ValueError(f"parameter {name} is not known; did you mean {nearest}?")
+
+
+def defaults() -> dict[str, Any]:
+    """Name and default of every parameter that a scene always has."""
+    return {parameter.name: parameter.default for parameter in TABLE if "<name>" not in parameter.name}
+
+
+def read(given: Mapping[str, Any]) -> dict[str, Any]:
+    """Defaults overlaid with ``given`` (dotted names), each checked; every frame named gets its missing parameters."""
+    values = defaults()
+    for name, value in given.items():
+        values[name] = find(name).read(name, value)
+    for name in given:
+        parts = name.split(".")
+        if parts[0] == "frames":
+            for last in ("position", "orientation", "axes"):
+                values.setdefault(f"frames.{parts[1]}.{last}", BY_NAME[f"frames.<name>.{last}"].default)
+    return values
+
+
+def _number(value: Any, example: Any) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise ValueError(f"{value!r} is not a number; give a value such as {example}")
+    return float(value)

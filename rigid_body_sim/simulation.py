@@ -1,0 +1,210 @@
+"""A rigid body under held wrenches, advanced at a fixed rate: what node, report and tools stand on. No ROS."""
+
+import math
+import struct
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from . import integrators
+from .physics import compiled
+from .physics import state as flat
+from .physics.body import Body
+from .physics.forces import WRENCH, new_model
+from .physics.state import BodyState, State
+from .physics.wrench import Wrench, three_finite
+from .scene.loader import Scene
+
+_PACK_WRENCH = struct.Struct("12d").pack_into
+_WRENCH_OFFSET = 8 * WRENCH
+
+NANOSECONDS = 1_000_000_000
+HIGHEST_RATE = 1e6  # Hz: beyond it a step is shorter than the call that computes it
+
+
+class SimulationError(RuntimeError):
+    """A step that could not be done; the simulation keeps the last good state."""
+
+
+@dataclass(frozen=True)
+class Snapshot:
+    """Everything that decides a simulation's future, exact to the bit: see Simulation.save. It can be pickled."""
+
+    steps: int
+    state: tuple[float, ...]
+    wrench: Wrench
+    expiry: int | None
+
+
+class Simulation:
+    """One rigid body, the wrench it holds, and time as a count of steps.
+
+    Parameters
+    ----------
+    body : Body
+    state : State
+        Initial state of the body frame.
+    rate : float
+        Steps a second of simulated time [Hz].
+    gravity : array_like, shape (3,)
+        Acceleration [m/s²] of free fall, world axes.
+    integrator : str
+        A name in the registry, ``rigid_body_sim.integrators.REGISTRY``.
+
+    Raises
+    ------
+    ValueError
+        A rate outside (0, 1e6] Hz, gravity that is not three finite numbers, an unknown integrator.
+    """
+
+    def __init__(
+        self,
+        body: Body,
+        state: State | None = None,
+        *,
+        rate: float = 1000.0,
+        gravity: ArrayLike = (0.0, 0.0, 0.0),
+        integrator: str = "taylor",
+    ):
+        self.rate = float(rate)
+        if not 0.0 < self.rate <= HIGHEST_RATE:
+            raise ValueError(f"rate {self.rate:g} Hz is not between 0 (excluded) and {HIGHEST_RATE:g} Hz")
+        self.integrator = integrators.get(integrator)
+        self.body = body
+        self.gravity = np.array(three_finite(gravity, "gravity"))
+        self.initial_state = State() if state is None else state
+        self.steps = 0
+        self._h = 1.0 / self.rate
+        self._rate_ratio = self.rate.as_integer_ratio()
+        self._work = np.zeros(self.integrator.work_size)
+        self._out = np.zeros(flat.OUT_SIZE)
+        model = new_model(self.body, self.gravity, Wrench())
+        self._state = flat.flatten(self.initial_state, model)
+        self._steps_kernel = compiled.ready(self.integrator.steps, self._state, model, self._work, self._h, 1)
+        self._read_kernel = compiled.ready(flat.read_out, self._state, model, self._out)
+        self._pose_kernel = compiled.ready(flat.read_pose, self._state, model)
+        self._install(Wrench())
+
+    @classmethod
+    def from_scene(cls, scene: Scene) -> "Simulation":
+        """The simulation that a scene describes, at its initial state. Raises ValueError for an unknown integrator."""
+        name = scene["integrator.name"]
+        if name not in integrators.REGISTRY:
+            raise ValueError(f"parameter integrator.name = {name!r}: give one of {', '.join(integrators.REGISTRY)}")
+        return cls(
+            scene.body(),
+            scene.initial_state(),
+            rate=scene["rate"],
+            gravity=scene["gravity"],
+            integrator=name,
+        )
+
+    # Time -------------------------------------------------------------------------------------------------------------
+
+    @property
+    def time(self) -> float:
+        """Simulated time [s]."""
+        return self.steps / self.rate
+
+    @property
+    def time_ns(self) -> int:
+        """Simulated time [ns]: round(steps · 10⁹ / rate), in integers, half up."""
+        numerator, denominator = self._rate_ratio
+        return (2 * self.steps * NANOSECONDS * denominator + numerator) // (2 * numerator)
+
+    # Commands ---------------------------------------------------------------------------------------------------------
+
+    @property
+    def wrench(self) -> Wrench:
+        """The wrench held now."""
+        return self._wrench
+
+    def set_wrench(self, wrench: Wrench, hold: float | None = None) -> None:
+        """Hold ``wrench`` from now on, or for ``hold`` s of simulated time (at least one step) and zero after that."""
+        expiry = None if hold is None else self.steps + self._steps_held(hold)
+        if wrench.points or self._wrench.points:
+            self._install(wrench)
+        else:
+            _PACK_WRENCH(self._model_bytes, _WRENCH_OFFSET, *wrench.values)
+            self._wrench = wrench
+        self._expiry = expiry
+
+    def clear_wrench(self) -> None:
+        """Hold no wrench."""
+        self.set_wrench(Wrench())
+
+    def step(self, n: int = 1) -> None:
+        """Advance by n steps.
+
+        Raises SimulationError when a step would leave the range of finite numbers, or spins too fast to be followed;
+        the simulation then stays at the last good state, and ``steps`` counts the steps that were done.
+        """
+        while n > 0:
+            held = n if self._expiry is None else min(n, self._expiry - self.steps)
+            done = self._steps_kernel(self._state, self._model, self._work, self._h, held)
+            self.steps += done
+            if done < held:
+                raise SimulationError(self._why_stopped())
+            if self.steps == self._expiry:
+                self.clear_wrench()
+            n -= held
+
+    # State ------------------------------------------------------------------------------------------------------------
+
+    @property
+    def state(self) -> BodyState:
+        """A copy of the state: of the body frame, with momentum and angular momentum."""
+        self._read_kernel(self._state, self._model, self._out)
+        return BodyState(self._out.copy())
+
+    @property
+    def pose(self) -> tuple[float, ...]:
+        """(x, y, z [m], qw, qx, qy, qz) of the body frame in the world: the quickest way to read a pose back."""
+        return self._pose_kernel(self._state, self._model)
+
+    def reset(self, state: State | None = None, *, keep_time: bool = False) -> None:
+        """Go to ``state``, or else the initial one, hold no wrench, and count steps from zero unless ``keep_time``."""
+        self._state[:] = flat.flatten(self.initial_state if state is None else state, self._model)
+        self.clear_wrench()
+        if not keep_time:
+            self.steps = 0
+
+    def save(self) -> Snapshot:
+        """Step count, state with its low-order parts, and held wrench, exact to the bit."""
+        return Snapshot(self.steps, tuple(self._state.tolist()), self._wrench, self._expiry)
+
+    def restore(self, snapshot: Snapshot) -> None:
+        """Continue from a snapshot taken with the same body, rate, gravity and integrator: the same bits follow."""
+        self._install(snapshot.wrench)
+        self._state[:] = snapshot.state
+        self.steps = snapshot.steps
+        self._expiry = snapshot.expiry
+
+    def describe(self) -> str:
+        """One line for the log: what is simulated, and how."""
+        moments = ", ".join(f"{moment:.6g}" for moment in self.body.principal_moments)
+        return (
+            f"mass {self.body.mass:g} kg, principal moments [{moments}] kg m2, rate {self.rate:g} Hz, "
+            f"integrator {self.integrator.name}{'' if compiled.ENABLED else ' (plain Python: numba is not in use)'}"
+        )
+
+    def _steps_held(self, hold: float) -> int:
+        if not 0.0 < hold < math.inf:
+            raise ValueError(f"hold {hold:g} s is not a finite time greater than zero; leave it out to hold for ever")
+        return max(1, round(hold * self.rate))
+
+    def _install(self, wrench: Wrench) -> None:
+        self._model = new_model(self.body, self.gravity, wrench)
+        self._model_bytes = memoryview(self._model).cast("B")
+        self._wrench = wrench
+        self._expiry: int | None = None
+
+    def _why_stopped(self) -> str:
+        state = self.state
+        spin, speed = math.hypot(*state.angular_velocity), math.hypot(*state.velocity)  # norms that cannot overflow
+        return (
+            f"step {self.steps + 1} cannot be done: the state would not be finite, or would turn by more than about "
+            f"1e5 rad in one step; the last good state is kept (spin {spin:.3g} rad/s, speed {speed:.3g} m/s, "
+            f"held {self._wrench!r}); use a smaller wrench or a higher rate"
+        )

@@ -1,0 +1,47 @@
+"""Build and install rules, for colcon (ROS) and for pip (no ROS)."""
+
+from glob import glob
+
+from setuptools import find_packages, setup
+
+package_name = "rigid_body_sim"
+
+data_files = [
+    ("share/ament_index/resource_index/packages", [f"resource/{package_name}"]),
+    (f"share/{package_name}", ["package.xml"]),
+    (f"share/{package_name}/config", sorted(glob("config/*.yaml"))),
+    (f"share/{package_name}/launch", sorted(glob("launch/*"))),
+    # For pip, which puts the programs in bin/ where `ros2 run` does not look. colcon writes the programs over these.
+    (f"lib/{package_name}", sorted(glob("wrappers/*"))),
+]
+
+setup(
+    name=package_name,
+    version="0.1.0",
+    description="Rigid-body simulation node for ROS 2, exact between commands",
+    license="Apache-2.0",
+    maintainer="rigid_body_sim maintainers",
+    maintainer_email="maintainers@example.org",
+    packages=find_packages(exclude=["test", "test.*"]),
+    package_data={"": ["py.typed", "*.json", "*.yaml", "*.csv", "*.npz", "*.html", "*.css", "*.js", "*.svg"]},
+    data_files=data_files,
+    zip_safe=True,
+    python_requires=">=3.10",
+    install_requires=["numpy", "pyyaml"],
+    extras_require={
+        "ros": ["ros-jazzy-rclpy[fastrtps]", "ros-jazzy-common-interfaces"],
+        "fast": ["numba"],
+        "report": ["matplotlib", "tqdm"],
+        "bag": ["rosbags"],
+        # bsk is Basilisk and pin is Pinocchio; the names "basilisk" and "pinocchio" on PyPI are other projects.
+        "peers": ["bsk", "diffrax", "drake", "jax", "mujoco", "pin", "scipy"],
+        "test": ["hypothesis", "mpmath", "pytest", "pytest-timeout", "pytest-xdist", "scipy"],
+    },
+    entry_points={
+        "console_scripts": [
+            "rigid_body_node = rigid_body_sim.ros.main:main",
+            "rigid_body_demo = rigid_body_sim.tools.demo:main",
+            "pointing_controller = rigid_body_sim.tools.pointing_controller:main",
+        ],
+    },
+)

@@ -1,0 +1,124 @@
+"""Inertia tensors: how they may be given, one failing example for each rule, and principal axes (theory 2.4.12)."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.testing import assert_allclose, assert_array_equal
+
+from rigid_body_sim.physics import inertia, rotation
+
+pytestmark = pytest.mark.no_numba
+
+
+def turned(moments, q):
+    """R diag(moments) Rᵀ, theory (2.4.11), symmetric to the last bit."""
+    R = rotation.to_matrix(q)
+    matrix = R @ np.diag(moments) @ R.T
+    return (matrix + matrix.T) / 2
+
+
+def test_the_three_ways_to_give_an_inertia_agree():
+    moments = inertia.as_matrix((1.0, 2.0, 3.0 - 0.5))
+    assert_array_equal(moments, np.diag((1.0, 2.0, 2.5)))
+    assert_array_equal(inertia.as_matrix((1.0, 2.0, 2.5, 0, 0, 0)), moments)
+    assert_array_equal(inertia.as_matrix(moments), moments)
+
+
+def test_six_entries_are_in_the_order_of_urdf():
+    expected = ((1.0, 0.1, 0.2), (0.1, 2.0, 0.3), (0.2, 0.3, 2.5))
+    assert_array_equal(inertia.as_matrix((1.0, 2.0, 2.5, 0.1, 0.2, 0.3)), expected)
+
+
+def test_matrix_given_is_copied():
+    given_matrix = np.eye(3)
+    inertia.as_matrix(given_matrix)[0, 0] = 7.0
+    assert given_matrix[0, 0] == 1.0
+
+
+@pytest.mark.parametrize("wrong", [(1.0, 2.0), (1.0,) * 9, 1.0, np.eye(2), np.ones((3, 3, 1))])
+def test_wrong_shape_is_refused(wrong):
+    with pytest.raises(ValueError, match=r"inertia has shape .* give 3 principal moments, 6 entries \[ixx, iyy, izz"):
+        inertia.as_matrix(wrong)
+
+
+@pytest.mark.parametrize("wrong", [math.nan, math.inf, -math.inf])
+@pytest.mark.parametrize("place", range(6))
+def test_entry_that_is_not_finite_is_refused(wrong, place):
+    entries = [1.0, 1.0, 1.0, 0.0, 0.0, 0.0]
+    entries[place] = wrong
+    with pytest.raises(ValueError, match="has an entry that is not finite"):
+        inertia.as_matrix(entries)
+
+
+@pytest.mark.parametrize("entry", [(0, 1), (0, 2), (1, 2)])
+def test_matrix_that_is_not_symmetric_is_refused(entry):
+    matrix = np.eye(3)
+    matrix[entry] = 1e-9
+    with pytest.raises(ValueError, match="is not symmetric; entry"):
+        inertia.as_matrix(matrix)
+
+
+@pytest.mark.parametrize(
+    "entries",
+    [(0.0, 1.0, 1.0), (1.0, 0.0, 1.0), (1.0, 1.0, 0.0), (-1.0, 1.0, 1.0), (1.0, 1.0, 1.0, 1.5, 0.0, 0.0)],
+)
+def test_inertia_that_is_not_positive_definite_is_refused(entries):
+    with pytest.raises(ValueError, match="is not positive definite; every principal moment"):
+        inertia.check(inertia.as_matrix(entries))
+
+
+@pytest.mark.parametrize("moments", [(1.0, 1.0, 2.01), (1.0, 2.01, 1.0), (2.01, 1.0, 1.0)])
+@pytest.mark.parametrize("q", [(1.0, 0.0, 0.0, 0.0), (0.3, 0.5, -0.7, 0.4)], ids=["diagonal", "turned"])
+def test_triangle_inequality_holds_for_every_moment(moments, q):
+    with pytest.raises(ValueError, match=r"\[1, 1, 2.01\] kg m² breaks the triangle inequality"):
+        inertia.check(turned(moments, q))
+
+
+@pytest.mark.parametrize("moments", [(1.0, 1.0, 2.0), (0.1, 0.2, 0.3), (1.0, 2.0, 3.0 * (1 + 1e-13))])
+def test_flat_body_is_allowed_in_spite_of_round_off(moments):
+    inertia.check(inertia.as_matrix(moments))
+
+
+def test_triangle_inequality_is_missed_by_a_part_in_a_billion():
+    with pytest.raises(ValueError, match="triangle"):
+        inertia.check(inertia.as_matrix((1.0, 2.0, 3.0 * (1 + 1e-9))))
+
+
+attitudes = st.lists(st.floats(-1.0, 1.0), min_size=4, max_size=4).filter(lambda q: math.hypot(*q) > 0.1)
+moments_of_bodies = st.lists(st.floats(0.01, 1.0), min_size=3, max_size=3).map(lambda d: np.sum(d) - np.array(d))
+
+
+@given(moments_of_bodies, attitudes)
+def test_principal_axes_give_the_inertia_back(moments, q):
+    matrix = turned(moments, q)
+    found, q_body_principal = inertia.principal_axes(matrix)
+    R = rotation.to_matrix(q_body_principal)
+    assert_allclose(R @ np.diag(found) @ R.T, matrix, rtol=0, atol=1e-14)  # measured 8.9e-16
+    assert_allclose(np.sort(found), np.sort(moments), rtol=0, atol=1e-14)  # measured 1.3e-15
+    assert np.linalg.det(R) == pytest.approx(1.0, abs=1e-14)  # measured 2.2e-16
+
+
+@pytest.mark.parametrize("moments", [(3.0, 1.0, 2.5), (1.0, 1.0, 1.0), (2.0, 1.0, 2.0)])
+def test_diagonal_inertia_keeps_its_axes_and_their_order_exactly(moments):
+    found, q = inertia.principal_axes(np.diag(moments))
+    assert_array_equal(found, moments)
+    assert_array_equal(q, (1, 0, 0, 0))
+
+
+@pytest.mark.parametrize("moments", [(1.0, 1.0, 0.5), (1.0, 1.0, 1.9), (1.0, 1.0, 1.0 + 1e-13)])
+def test_equal_moments_have_principal_axes_too(moments):
+    matrix = turned(moments, (0.3, 0.5, -0.7, 0.4))
+    found, q = inertia.principal_axes(matrix)
+    R = rotation.to_matrix(q)
+    assert_allclose(R @ np.diag(found) @ R.T, matrix, rtol=0, atol=3e-15)  # measured 2.8e-16
+    assert_allclose(np.sort(found), np.sort(moments), rtol=0, atol=3e-15)  # measured 3.3e-16
+
+
+def test_principal_axes_are_those_nearest_to_the_body_axes():
+    tilt = rotation.from_axis_angle((1.0, 2.0, 3.0), 0.3)
+    found, q = inertia.principal_axes(turned((3.0, 1.0, 2.5), tilt))
+    assert_allclose(q, tilt, rtol=0, atol=1e-14)  # measured 1.1e-16
+    assert_allclose(found, (3.0, 1.0, 2.5), rtol=0, atol=1e-14)  # measured 8.9e-16

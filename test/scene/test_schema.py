@@ -1,0 +1,139 @@
+"""The table of parameters and its rules: one failing example for each, with what the message must say."""
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from rigid_body_sim.scene import schema
+from rigid_body_sim.scene.loader import Scene
+
+pytestmark = pytest.mark.no_numba
+
+over_the_table = pytest.mark.parametrize("parameter", schema.TABLE, ids=lambda parameter: parameter.name)
+
+
+@over_the_table
+def test_parameter_has_a_text_that_is_a_sentence(parameter):
+    assert len(parameter.text) > 4
+    assert parameter.text.endswith(".")
+
+
+@over_the_table
+def test_default_obeys_the_rules_of_its_own_parameter(parameter):
+    assert parameter.read(parameter.name, parameter.default) == parameter.default
+
+
+@over_the_table
+def test_numbers_with_a_dimension_say_their_unit(parameter):
+    dimensionless = parameter.name.endswith("orientation")
+    assert bool(parameter.unit) == (parameter.type in (float, tuple) and not dimensionless)
+
+
+def test_names_are_unique():
+    assert len(schema.BY_NAME) == len(schema.TABLE)
+
+
+def test_scene_without_anything_given_has_every_default():
+    assert Scene().values == schema.defaults()
+
+
+BAD = {  # what is given, and what the message must say: the name, the value, and what would be right
+    "unknown name": ({"body.maas": 1.0}, r"parameter body\.maas is not known; did you mean body\.mass\?"),
+    "unknown group": ({"inital.position": (0, 0, 0)}, r"did you mean initial\.position\?"),
+    "unknown frame entry": ({"frames.nozzle.positon": (0, 0, 0)}, r"did you mean frames\.<name>\.position\?"),
+    "frame without a name": ({"frames..position": (0, 0, 0)}, r"frames\.\.position is not known"),
+    "frame name left open": ({"frames.<name>.axes": "body"}, "is not known"),
+    "text for a number": ({"rate": "1000"}, r"parameter rate = '1000': '1000' is not a number; give .* 1000\.0"),
+    "nothing for a number": ({"rate": None}, "parameter rate = None: None is not a number"),
+    "bool for a number": ({"rate": True}, "parameter rate = True: True is not a number"),
+    "bool in an array": ({"gravity": (0.0, 0.0, False)}, "False is not a number; give a value such as"),
+    "number for a bool": ({"start_paused": 1}, "is not of type bool; give a value such as False"),
+    "number for a text": ({"world_frame_id": 1.0}, "is not of type string; give a value such as 'world'"),
+    "number for an array": ({"gravity": -9.81}, r"is not an array; give 3 numbers such as \[0\.0, 0\.0, 0\.0\]"),
+    "text for an array": ({"gravity": "0 0 -9.81"}, "is not an array; give 3 numbers"),
+    "text in an array": ({"gravity": (0, 0, "-9.81")}, "'-9.81' is not a number"),
+    "not a number": ({"body.mass": math.nan}, r"parameter body\.mass = nan: is not finite"),
+    "infinite": ({"body.mass": math.inf}, "is not finite; give finite numbers"),
+    "not a number in an array": ({"initial.position": (0, math.nan, 0)}, r"initial\.position.* is not finite"),
+    "excluded bound": ({"body.mass": 0.0}, "is out of range; give a number that is finite and greater than 0"),
+    "below the least": ({"wrench.timeout": -0.1}, "out of range; give a number that is finite and at least 0"),
+    "above the most": ({"rate": 2e6}, r"out of range; .* greater than 0 and at most 1e\+06"),
+    "too short": ({"gravity": (0.0, -9.81)}, r"has 2 entries; give 3, such as \[0\.0, 0\.0, 0\.0\]"),
+    "too long": ({"body.inertia": [0.1] * 9}, "has 9 entries; give 6"),
+    "no choice": ({"twist_frame": "base_link"}, "twist_frame = 'base_link': is not allowed; give one of body, world"),
+    "empty text": ({"body.frame_id": ""}, "is empty; give a name such as 'base_link'"),
+    "publish_rate does not divide": ({"publish_rate": 300.0}, r"divide rate = 1000 Hz .* nearest .* 333\.333333"),
+    "publish_rate above rate": ({"publish_rate": 2000.0}, "does not divide rate = 1000 Hz"),
+    "frame named twice": ({"frames.world.axes": "body"}, "frame name 'world' is used twice"),
+    "body frame is the world frame": ({"body.frame_id": "world"}, "frame name 'world' is used twice"),
+    "attitude without direction": ({"initial.orientation": (0, 0, 0, 0)}, r"initial\.orientation: quaternion .* norm"),
+    "frame without direction": ({"frames.a.orientation": (0, 0, 0, 0)}, r"frames\.a\.orientation: quaternion"),
+    "impossible inertia": ({"body.inertia": (1, 1, 3, 0, 0, 0)}, r"parameter body\.inertia .* triangle inequality"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("given_values", "message"), BAD.values(), ids=BAD)
+def test_bad_value_is_refused_with_its_name_and_what_would_be_right(given_values, message):
+    with pytest.raises(ValueError, match=message) as caught:
+        Scene(given_values)
+    assert next(iter(given_values)) in str(caught.value) or "frame name" in str(caught.value)
+
+
+def test_integer_is_taken_as_a_float():
+    scene = Scene({"rate": 500, "gravity": [0, 0, -10]})
+    assert scene["rate"] == 500.0
+    assert isinstance(scene["rate"], float)
+    assert scene["gravity"] == (0.0, 0.0, -10.0)
+    assert all(isinstance(component, float) for component in scene["gravity"])
+
+
+@pytest.mark.parametrize(
+    ("rate", "publish_rate", "steps"),
+    [(1000.0, 100.0, 10), (1000.0, 0.0, 1), (3.0, 1.0, 3), (0.3, 0.1, 3), (1.0, 1.0, 1)],
+)
+def test_publish_rate_divides_rate_into_whole_steps(rate, publish_rate, steps):
+    assert Scene({"rate": rate, "publish_rate": publish_rate}).steps_per_publish == steps
+
+
+def test_publish_rate_proposed_is_one_that_is_accepted():
+    with pytest.raises(ValueError, match="nearest") as caught:
+        Scene({"publish_rate": 300.0})
+    proposed = float(str(caught.value).rsplit(" ", 1)[1])
+    assert Scene({"publish_rate": proposed}).steps_per_publish == 3
+
+
+def test_frame_named_once_has_all_its_parameters():
+    scene = Scene({"frames.nozzle.position": (0.0, 0.0, -1.0)})
+    frame = scene.frames["nozzle"]
+    assert (frame.position, frame.orientation, frame.axes) == ((0, 0, -1), (1, 0, 0, 0), "body")
+
+
+@pytest.mark.parametrize(
+    "parameter",
+    [p for p in schema.TABLE if p.above is not None or p.least is not None],
+    ids=lambda parameter: parameter.name,
+)
+def test_rule_is_told_in_words(parameter):
+    bound = parameter.above if parameter.above is not None else parameter.least
+    assert f"{bound:g}" in parameter.rule
+
+
+values = st.none() | st.booleans() | st.integers() | st.floats() | st.text() | st.lists(st.floats(), max_size=7)
+
+
+@given(st.sampled_from(list(schema.BY_NAME)), values)
+def test_any_value_is_either_taken_or_refused_by_a_sentence_with_the_name(name, value):
+    name = name.replace("<name>", "nozzle")
+    try:
+        Scene({name: value})
+    except ValueError as reason:
+        assert name in str(reason) or "publish_rate" in str(reason) or "frame name" in str(reason)
+
+
+@given(st.text(max_size=30))
+def test_any_unknown_name_gets_a_suggestion(name):
+    if name not in schema.BY_NAME:
+        with pytest.raises(ValueError, match="is not known; did you mean "):
+            schema.find(name)

@@ -1,0 +1,279 @@
+"""The simulation that users and the node hold in their hands: commands, time, and going back."""
+
+import math
+import pickle
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+
+from rigid_body_sim import Body, BodyState, Scene, Simulation, SimulationError, State, Wrench
+
+pytestmark = pytest.mark.no_numba
+
+BODY = Body(mass=2.0, inertia=(0.1, 0.2, 0.25))
+MOVING = State((1.0, 2.0, 3.0), (0.4, 0.2, -0.8, 0.4), (-0.5, 0.2, 1.0), (1.1, -2.0, 0.7))
+PUSH = Wrench(force_world=(2.0, 0.0, 0.0))
+
+
+def simulation(state=None, **options):
+    return Simulation(BODY, state, **{"rate": 1000.0, **options})
+
+
+def test_a_second_of_free_fall():
+    sim = Simulation(
+        Body(mass=2.0, inertia=(0.1, 0.2, 0.25)), State(), rate=1000.0, gravity=(0, 0, -9.80665), integrator="taylor"
+    )
+    sim.step(1000)
+    assert_allclose(sim.state.position, (0, 0, -9.80665 / 2), rtol=0, atol=1e-15)  # measured 0
+    assert_allclose(sim.state.velocity, (0, 0, -9.80665), rtol=0, atol=2e-15)  # measured 0
+    assert_array_equal(sim.state.momentum, 2.0 * sim.state.velocity)
+    assert sim.time == 1.0
+
+
+def test_simulation_starts_at_the_state_given():
+    assert_allclose(simulation(MOVING).state.values[:13], MOVING.values, rtol=0, atol=1e-15)  # measured 2.2e-16
+    assert_array_equal(simulation().state.values[:13], State().values)
+
+
+def test_pose_is_position_and_orientation():
+    sim = simulation(MOVING)
+    sim.step(10)
+    assert sim.pose == (*sim.state.position, *sim.state.orientation)
+
+
+def test_state_read_is_a_copy_that_does_not_move_on():
+    sim = simulation(MOVING)
+    before = sim.state
+    position = before.position.copy()
+    sim.step()
+    assert isinstance(before, BodyState)
+    assert_array_equal(before.position, position)
+    assert (sim.state.position != position).any()
+
+
+# Time -------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("rate", [3.0, 44100.0, 0.1, 1000.0, 1e6, 7.3, 1 / 3])
+@pytest.mark.parametrize("steps", [0, 1, 2, 3, 1000, 123_456_789, 10**15 + 1])
+def test_time_in_nanoseconds_is_exact_however_awkward_the_rate(rate, steps):
+    sim = simulation(rate=rate)
+    sim.steps = steps
+    exact = Fraction(steps) * 10**9 / Fraction(rate)
+    assert isinstance(sim.time_ns, int)
+    assert sim.time_ns == math.floor(exact + Fraction(1, 2))
+
+
+def test_time_in_nanoseconds_never_drifts():
+    sim = simulation(rate=3.0)
+    stamps = []
+    for _ in range(7):
+        stamps.append(sim.time_ns)
+        sim.step()
+    assert stamps == [0, 333_333_333, 666_666_667, 1_000_000_000, 1_333_333_333, 1_666_666_667, 2_000_000_000]
+
+
+def test_time_in_seconds_is_the_step_count_over_the_rate():
+    sim = simulation(rate=44100.0)
+    sim.step(441)
+    assert sim.time == 0.01
+    assert sim.steps == 441
+
+
+@pytest.mark.parametrize("rate", [0.0, -1.0, math.nan, math.inf, 1.1e6])
+def test_rate_out_of_range_is_refused(rate):
+    with pytest.raises(ValueError, match=r"rate .* Hz is not between 0 \(excluded\) and 1e\+06 Hz"):
+        simulation(rate=rate)
+
+
+@pytest.mark.parametrize("gravity", [(0, 0), (0, 0, math.nan), -9.81])
+def test_gravity_that_is_not_three_finite_numbers_is_refused(gravity):
+    with pytest.raises(ValueError, match=r"^gravity .* must be three finite numbers"):
+        simulation(gravity=gravity)
+
+
+def test_unknown_integrator_is_refused_with_those_there_are():
+    with pytest.raises(ValueError, match="integrator 'euler' is not known; choose one of taylor, rk4"):
+        simulation(integrator="euler")
+
+
+# Commands ---------------------------------------------------------------------------------------------------------
+
+
+def impulse_received(sim):
+    """Steps for which PUSH has acted: it gives 2e-3 N s in a step of 1 ms."""
+    return round(sim.state.momentum[0] / 2e-3, 9)
+
+
+def test_wrench_is_held_until_the_next_one():
+    sim = simulation()
+    sim.set_wrench(PUSH)
+    sim.step(10)
+    sim.step(10)
+    assert impulse_received(sim) == 20
+    assert sim.wrench == PUSH
+    sim.set_wrench(Wrench(force_world=(-2.0, 0.0, 0.0)))
+    sim.step(5)
+    assert impulse_received(sim) == 15
+
+
+def test_wrench_cleared_acts_no_more():
+    sim = simulation()
+    sim.set_wrench(PUSH)
+    sim.step(10)
+    sim.clear_wrench()
+    sim.step(10)
+    assert impulse_received(sim) == 10
+    assert sim.wrench == Wrench()
+
+
+@pytest.mark.parametrize("one_by_one", [True, False], ids=["one by one", "at once"])
+@pytest.mark.parametrize(
+    ("hold", "steps"), [(0.005, 5), (0.0052, 5), (0.0057, 6), (1e-9, 1), (0.001, 1), (0.1, 100), (1e6, 200)]
+)
+def test_wrench_with_a_time_to_hold_acts_for_that_many_steps(hold, steps, one_by_one):
+    sim = simulation()
+    sim.step(7)
+    sim.set_wrench(PUSH, hold=hold)
+    for _ in range(200 if one_by_one else 1):
+        sim.step(1 if one_by_one else 200)
+    assert impulse_received(sim) == steps
+    assert sim.wrench == (PUSH if steps == 200 else Wrench())
+    assert sim.steps == 207
+
+
+def test_new_wrench_ends_the_time_of_the_one_before():
+    sim = simulation()
+    sim.set_wrench(PUSH, hold=0.005)
+    sim.step(3)
+    sim.set_wrench(PUSH)
+    sim.step(10)
+    assert impulse_received(sim) == 13
+
+
+def test_force_at_a_point_expires_too():
+    sim = simulation()
+    sim.set_wrench(Wrench(points=[((0.1, 0.0, 0.0), (2.0, 0.0, 0.0))]), hold=0.005)
+    sim.step(10)
+    assert impulse_received(sim) == 5
+
+
+def test_forces_at_points_can_follow_and_be_followed_by_others():
+    sim, at_point = simulation(), Wrench(points=[((0.1, 0.0, 0.0), (2.0, 0.0, 0.0))])
+    for wrench in (PUSH, at_point, Wrench(points=2 * at_point.points), PUSH, Wrench()):
+        sim.set_wrench(wrench)
+        sim.step()
+    assert impulse_received(sim) == 5
+
+
+@pytest.mark.parametrize("hold", [0.0, -1.0, math.nan, math.inf])
+def test_time_to_hold_that_is_not_positive_and_finite_is_refused_and_changes_nothing(hold):
+    sim = simulation()
+    sim.set_wrench(PUSH, hold=0.005)
+    before = sim.save()
+    with pytest.raises(ValueError, match="is not a finite time greater than zero; leave it out to hold for ever"):
+        sim.set_wrench(Wrench(), hold=hold)
+    assert sim.save() == before
+
+
+def test_no_steps_change_nothing():
+    sim = simulation(MOVING)
+    before = sim.save()
+    sim.step(0)
+    assert sim.save() == before
+
+
+@pytest.mark.filterwarnings("error")
+def test_step_that_cannot_be_done_tells_the_last_good_state_in_finite_numbers():
+    sim = simulation(rate=1.0)
+    sim.set_wrench(Wrench(force_world=(2e307, 0.0, 0.0)))
+    with pytest.raises(SimulationError, match=r"step 6 cannot be done.*spin 0 rad/s, speed 5e\+307 m/s"):
+        sim.step(10)
+    assert sim.steps == 5
+
+
+# Going back -------------------------------------------------------------------------------------------------------
+
+
+def test_reset_goes_to_the_initial_state_without_wrench_at_time_zero():
+    sim = simulation(MOVING)
+    before = sim.save()
+    sim.set_wrench(PUSH, hold=1.0)
+    sim.step(10)
+    sim.reset()
+    assert sim.save() == before
+
+
+def test_reset_may_keep_time_and_go_elsewhere():
+    sim = simulation()
+    sim.set_wrench(PUSH, hold=1.0)
+    sim.step(10)
+    sim.reset(MOVING, keep_time=True)
+    assert sim.steps == 10
+    assert sim.wrench == Wrench()
+    assert sim.save().state == simulation(MOVING).save().state
+    sim.step(2000)
+    assert_array_equal(sim.state.momentum, simulation(MOVING).state.momentum)
+
+
+@pytest.mark.parametrize("wrench", [PUSH, Wrench(points=[((0.1, 0.0, 0.0), (2.0, 0.0, 0.0))])], ids=["force", "point"])
+def test_snapshot_can_be_pickled_and_carried_to_another_simulation(wrench):
+    sim, other = simulation(MOVING), simulation()
+    sim.set_wrench(wrench, hold=0.02)
+    sim.step(7)
+    snapshot = pickle.loads(pickle.dumps(sim.save()))
+    other.restore(snapshot)
+    for each in (sim, other):
+        each.step(30)
+    assert other.save() == sim.save()
+    assert sim.wrench == Wrench()  # it expired on the way, 13 steps after the snapshot
+
+
+def test_snapshot_does_not_move_on():
+    sim = simulation(MOVING)
+    snapshot = sim.save()
+    sim.step(10)
+    assert snapshot == simulation(MOVING).save()
+
+
+def test_two_simulations_share_nothing():
+    one, other = simulation(MOVING), simulation(MOVING)
+    one.set_wrench(PUSH)
+    one.step(10)
+    assert other.save() == simulation(MOVING).save()
+
+
+def test_scene_is_simulated_as_it_says():
+    scene = Scene(
+        {
+            "rate": 50.0,
+            "publish_rate": 50.0,
+            "gravity": (0, 0, -1.62),
+            "integrator.name": "rk4",
+            "body.mass": 3.0,
+            "initial.position": (0, 0, 5),
+        }
+    )
+    sim = Simulation.from_scene(scene)
+    assert (sim.rate, sim.integrator.name, sim.body) == (50.0, "rk4", scene.body())
+    sim.step(50)
+    assert_allclose(sim.state.position, (0, 0, 5 - 1.62 / 2), rtol=0, atol=3e-14)  # measured 0
+    assert sim.state.momentum[2] == pytest.approx(-3.0 * 1.62, rel=1e-13, abs=0)  # measured 3.6e-16
+
+
+def test_description_is_one_line_with_what_is_simulated():
+    text = simulation().describe()
+    assert text.startswith("mass 2 kg, principal moments [0.1, 0.2, 0.25] kg m2, rate 1000 Hz, integrator taylor")
+    assert "\n" not in text
+
+
+def test_motion_is_the_same_whatever_is_read_in_between():
+    watched, unwatched = simulation(MOVING), simulation(MOVING)
+    for _ in range(10):
+        watched.step()
+        assert np.isfinite(watched.pose).all()
+        assert watched.describe()
+    unwatched.step(10)
+    assert watched.save() == unwatched.save()
