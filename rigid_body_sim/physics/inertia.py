@@ -79,7 +79,4 @@ def _nearest_to_body_axes(axes: NDArray) -> NDArray:
         columns[row] = max(free, key=lambda column: weights[row, column])
         free.remove(columns[row])
     ordered = axes[:, columns]
-    ordered = ordered * np.where(np.diag(ordered) < 0.0, -1.0, 1.0)
-    if np.linalg.det(ordered) < 0.0:
-        ordered[:, np.argmin(np.diag(ordered))] *= -1.0
-    return ordered
+    return ordered * np.where(np.diag(ordered) < 0.0, -1.0, 1.0)

@@ -160,7 +160,7 @@ def read_out(state, model, out):
 
 @kernel
 def add_compensated(state, i, d):
-    """state[i] += d, keeping the low-order part: Knuth's TwoSum (TAOCP vol. 2, 4.2.2), right for any sizes."""
+    """state[i] += d, keeping what round-off would drop in the low-order part: Knuth's TwoSum (TAOCP vol. 2, 4.2.2)."""
     high = state[i]
     d += state[LOW + i]
     total = high + d

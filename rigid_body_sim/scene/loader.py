@@ -112,6 +112,8 @@ def load_scene(path: str | os.PathLike[str]) -> Scene:
             return Scene(parameters_in(yaml.load(file, Loader=_StrictLoader)))
         except (yaml.YAMLError, ValueError) as reason:
             raise ValueError(f"{os.fspath(path)}: {' '.join(str(reason).split())}") from None
+        except RecursionError:
+            raise ValueError(f"{os.fspath(path)}: is nested too deeply; parameters are a few levels deep") from None
 
 
 def parameters_in(document: Any) -> dict[str, Any]:

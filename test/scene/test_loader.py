@@ -153,3 +153,10 @@ def test_wrench_in_a_frame_acts_at_its_origin_and_in_its_axes(axes):
     force, torque = force_and_torque(frame.wrench(tuple(FORCE), tuple(TORQUE)), q)
     assert_allclose(force, to_world @ FORCE, rtol=0, atol=5e-15)  # measured 5.0e-16
     assert_allclose(torque, to_world @ TORQUE + np.cross(arm, to_world @ FORCE), rtol=0, atol=5e-15)  # measured 2.2e-16
+
+
+def test_deep_nesting_is_refused(tmp_path):
+    file = tmp_path / "deep.yaml"
+    file.write_text("a: " + 5000 * "[" + 5000 * "]")
+    with pytest.raises(ValueError, match=r"deep\.yaml: is nested too deeply"):
+        load_scene(file)
