@@ -1,0 +1,67 @@
+"""Between the simulation and ROS messages. A quaternion is w, x, y, z inside and x, y, z, w in messages: only here."""
+
+import math
+
+from geometry_msgs.msg import PoseStamped, TwistStamped, WrenchStamped
+from std_msgs.msg import Header
+
+from ..physics.rotation import qrotate, qrotate_back
+from ..physics.wrench import Wrench
+from ..scene.loader import Scene
+
+NANOSECONDS = 1_000_000_000
+
+NOT_FINITE = "not finite"
+UNKNOWN_FRAME = "unknown frame"
+REFUSALS = (NOT_FINITE, UNKNOWN_FRAME)
+
+
+class RefusedError(Exception):
+    """A command that is not accepted: ``reason`` is one of REFUSALS, the text says what would be right."""
+
+    def __init__(self, reason: str, text: str):
+        super().__init__(text)
+        self.reason = reason
+
+
+def stamp(header: Header, time_ns: int) -> None:
+    """Write a time [ns] into a header."""
+    header.stamp.sec, header.stamp.nanosec = divmod(time_ns, NANOSECONDS)
+
+
+def fill_pose(message: PoseStamped, values: list[float]) -> None:
+    """Write position and orientation from ``BodyState.values``."""
+    p, q = message.pose.position, message.pose.orientation
+    p.x, p.y, p.z, q.w, q.x, q.y, q.z = values[0:7]
+
+
+def fill_twist(message: TwistStamped, values: list[float], in_body_axes: bool) -> None:
+    """Write the twist of the body frame's origin from ``BodyState.values``, all in body axes or all in world axes."""
+    q = values[3:7]
+    velocity, w_body = values[7:10], values[10:13]
+    v, w = message.twist.linear, message.twist.angular
+    v.x, v.y, v.z = qrotate_back(*q, *velocity) if in_body_axes else velocity
+    w.x, w.y, w.z = w_body if in_body_axes else qrotate(*q, *w_body)
+
+
+def read_wrench(message: WrenchStamped, scene: Scene) -> Wrench:
+    """The wrench that a command means, from the frame in its header. Raises RefusedError when it cannot be accepted."""
+    f, t = message.wrench.force, message.wrench.torque
+    force, torque = (f.x, f.y, f.z), (t.x, t.y, t.z)
+    if not all(map(math.isfinite, force + torque)):
+        raise RefusedError(NOT_FINITE, f"wrench with force {force} and torque {torque} refused: it is not finite")
+    frame_id = message.header.frame_id.removeprefix("/")
+    if not frame_id:
+        frame_id = scene["body.frame_id"] if scene["wrench.frame"] == "body" else scene["world_frame_id"]
+    try:
+        if frame_id == scene["body.frame_id"]:
+            return Wrench(force_body=force, torque_body=torque)
+        if frame_id == scene["world_frame_id"]:
+            return Wrench(force_world=force, torque_world=torque)
+        if frame_id in scene.frames:
+            return scene.frames[frame_id].wrench(force, torque)
+    except ValueError as reason:
+        raise RefusedError(NOT_FINITE, f"wrench with force {force} and torque {torque} refused: {reason}") from None
+    known = ", ".join([scene["body.frame_id"], scene["world_frame_id"], *scene.frames])
+    text = f"wrench in frame {frame_id!r} refused: send it in one of {known}, or leave frame_id empty"
+    raise RefusedError(UNKNOWN_FRAME, text)

@@ -1,0 +1,90 @@
+"""The schema's parameters as ROS parameters of a node."""
+
+import difflib
+from typing import Any
+
+from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor, SetParametersResult
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from rclpy.qos import DurabilityPolicy, HistoryPolicy, ReliabilityPolicy
+
+from ..scene import schema
+from ..scene.loader import Scene
+
+# Names that belong to ROS itself and may be given to any node.
+_ROS_OWN = ("use_sim_time", "start_type_description_service")
+_QOS = "qos_overrides."
+_QOS_CHOICES = {
+    "durability": DurabilityPolicy.short_keys(),
+    "history": HistoryPolicy.short_keys(),
+    "reliability": ReliabilityPolicy.short_keys(),
+}
+
+_USE_SIM_TIME = (
+    "parameter use_sim_time = true: this node makes the simulated time and would wait for itself; leave it false here "
+    "and set it on the nodes that follow"
+)
+
+
+def declare(node: Node) -> Scene:
+    """Check the parameters given to ``node``, declare all of them, and return the scene they describe.
+
+    Raises ValueError, with a sentence that names the parameter, when one is unknown or bad.
+    """
+    scene = Scene(_given(node))
+    if node.get_parameter("use_sim_time").value:
+        raise ValueError(_USE_SIM_TIME)
+    for name, value in scene.values.items():
+        # Checked and converted above (1 for 1.0, say): the value given must not be read a second time, more strictly.
+        value = list(value) if isinstance(value, tuple) else value
+        node.declare_parameter(name, value, _descriptor(name), ignore_override=True)
+    node.add_on_set_parameters_callback(_refuse_sim_time)
+    return scene
+
+
+def _given(node: Node) -> dict[str, Any]:
+    """Dotted names and values from files and the command line; rclpy offers no public way to those not declared yet."""
+    given = {}
+    for name, parameter in node._parameter_overrides.items():
+        if name.startswith(_QOS):
+            _check_qos(name, parameter.value)
+        elif name not in _ROS_OWN:
+            value = parameter.value
+            given[name] = value if isinstance(value, str | bool | int | float) or value is None else list(value)
+    return given
+
+
+def _check_qos(name: str, value: Any) -> None:
+    policy = name.rpartition(".")[2]
+    if policy == "depth" and (isinstance(value, bool) or not isinstance(value, int) or value < 0):
+        raise ValueError(f"parameter {name} = {value!r}: is not a whole number; give one such as 10")
+    choices = _QOS_CHOICES.get(policy)
+    if choices is not None and value not in choices:
+        raise ValueError(f"parameter {name} = {value!r}: is not allowed; give one of {', '.join(choices)}")
+
+
+def refuse_unknown_qos(node: Node) -> None:
+    """Raise ValueError for a qos_overrides parameter that no publisher or subscription of the node has declared."""
+    for name in node._parameter_overrides:
+        if name.startswith(_QOS) and not node.has_parameter(name):
+            known = sorted(known for known in node._parameters if known.startswith(_QOS))
+            nearest = difflib.get_close_matches(name, known, n=1, cutoff=0.0)[0]
+            raise ValueError(f"parameter {name} is not known; did you mean {nearest}?")
+
+
+def _descriptor(name: str) -> ParameterDescriptor:
+    parameter = schema.find(name)
+    descriptor = ParameterDescriptor(
+        description=f"{parameter.text}{f' [{parameter.unit}]' if parameter.unit else ''}",
+        additional_constraints=parameter.rule,
+        read_only=True,
+    )
+    if parameter.type is float and parameter.most is not None:
+        low = parameter.least if parameter.least is not None else parameter.above
+        descriptor.floating_point_range = [FloatingPointRange(from_value=low or 0.0, to_value=parameter.most)]
+    return descriptor
+
+
+def _refuse_sim_time(parameters: list[Parameter]) -> SetParametersResult:
+    wanted = any(parameter.name == "use_sim_time" and parameter.value for parameter in parameters)
+    return SetParametersResult(successful=not wanted, reason=_USE_SIM_TIME if wanted else "")

@@ -1,0 +1,78 @@
+"""What every program around one node does: start it or say why not, stop it on Ctrl-C and SIGTERM."""
+
+import os
+import re
+import signal
+import sys
+from collections.abc import Callable
+from typing import Protocol
+
+
+class StopRequest:
+    """Set by SIGINT and SIGTERM: they end a starting program at once, and ask one whose loop runs to stop.
+
+    At once means without unwinding: Python code called by a compiler or a C library drops exceptions, and a program
+    that has not joined the network yet leaves nothing behind. rclpy's own handlers are not used: they invalidate the
+    context under whatever uses it at that moment.
+    """
+
+    def __init__(self) -> None:
+        self.requested = False
+        self._defer = False
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, self._on_signal)
+
+    def defer(self) -> None:
+        """From now on only note the request; the caller's loop looks at ``requested`` at least ten times a second."""
+        self._defer = True
+
+    def _on_signal(self, *_) -> None:
+        if not self._defer:
+            os._exit(0)
+        self.requested = True
+
+
+class Runnable(Protocol):
+    """A node with a loop of its own."""
+
+    def run(self, stop: StopRequest) -> None:
+        """Serve until ``stop.requested``."""
+
+    def destroy_node(self) -> None:
+        """Leave the network."""
+
+
+def run(name: str, make_node: Callable[[], Runnable], stop: StopRequest, args: list[str] | None) -> int:
+    """Join the network, make the node and run it until ``stop``. Returns the exit status: 0, or 1 with one sentence."""
+    import rclpy
+    from rclpy.exceptions import NameValidationException, ParameterException
+
+    stop.defer()
+    try:
+        _init(args)
+        node = make_node()
+    except (ValueError, NameValidationException, ParameterException) as reason:
+        print(f"{name}: {' '.join(str(reason).split())}", file=sys.stderr)
+        rclpy.try_shutdown()
+        return 1
+    try:
+        node.run(stop)
+    finally:
+        node.destroy_node()
+        rclpy.try_shutdown()
+    return 0
+
+
+def _init(args: list[str] | None) -> None:
+    """rclpy.init. Raises ValueError with what is wrong about a file or an argument that rcl cannot read."""
+    import rclpy
+
+    try:
+        rclpy.init(args=args, signal_handler_options=rclpy.SignalHandlerOptions.NO)
+    except RuntimeError as reason:
+        text = re.sub(r",? at /\S+:\d+", "", str(reason))
+        hint = (
+            "; a parameter file has '/**:' with 'ros__parameters:' below it, a value for every name, "
+            "and numbers of one kind in an array (0.0, not 0)"
+        )
+        raise ValueError(text + (hint if "params file" in text else "")) from None

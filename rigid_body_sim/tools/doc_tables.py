@@ -1,0 +1,52 @@
+"""Write the tables in docs/ that follow from the code: parameters from the schema, integrators from the registry."""
+
+import re
+import sys
+from pathlib import Path
+
+from .. import integrators
+from ..scene import schema
+
+
+def parameters_table() -> str:
+    """Markdown table of all parameters, in the schema's order."""
+    lines = ["| name | type | default | unit | allowed | meaning |", "|---|---|---|---|---|---|"]
+    for p in schema.TABLE:
+        default = list(p.default) if isinstance(p.default, tuple) else p.default
+        shown = str(default).lower() if isinstance(default, bool) else default
+        lines.append(f"| `{p.name}` | {schema.TYPES[p.type]} | `{shown}` | {p.unit} | {p.rule} | {p.text} |")
+    return "\n".join(lines)
+
+
+def integrators_table() -> str:
+    """Markdown table of all integrators, in the registry's order."""
+    lines = ["| name | order | kind | what it is |", "|---|---|---|---|"]
+    for integrator in integrators.REGISTRY.values():
+        order = "chosen in each step" if integrator.order is None else integrator.order
+        kind = "explicit" if integrator.explicit else "implicit"
+        lines.append(f"| `{integrator.name}` | {order} | {kind} | {integrator.text} |")
+    return "\n".join(lines)
+
+
+TABLES = {
+    "interface.md": ("parameters", parameters_table),
+    "choosing_an_integrator.md": ("integrators", integrators_table),
+}
+
+
+def with_table(page: str, name: str, table: str) -> str:
+    """``page`` with the lines between ``<!-- name: begin -->`` and ``<!-- name: end -->`` replaced by ``table``."""
+    begin, end = f"<!-- {name}: begin -->", f"<!-- {name}: end -->"
+    return re.sub(f"(?s){begin}.*{end}", lambda _: f"{begin}\n{table}\n{end}", page)
+
+
+def main(folder: str = "docs") -> int:
+    """Write all tables into the pages in ``folder``."""
+    for file, (name, table) in TABLES.items():
+        page = Path(folder, file)
+        page.write_text(with_table(page.read_text(encoding="utf-8"), name, table()), encoding="utf-8")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(*sys.argv[1:]))

@@ -1,0 +1,63 @@
+"""Fixtures for tests that talk to a running node over DDS. Every node is a process of its own."""
+
+import itertools
+import os
+import random
+
+import pytest
+
+os.environ["ROS_DOMAIN_ID"] = str(random.randint(1, 100))
+os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
+
+_numbers = itertools.count(1)
+
+
+@pytest.fixture(scope="session")
+def context():
+    """The one rclpy context of this process: starting and ending several leaks."""
+    rclpy = pytest.importorskip("rclpy")
+    context = rclpy.Context()
+    rclpy.init(context=context)
+    yield context
+    context.try_shutdown()
+
+
+@pytest.fixture(scope="session")
+def run_node(tmp_path_factory):
+    """Start a node process that nobody listens to: ``run_node(parameters, arguments=(), environment={})``."""
+    from .node_process import NodeProcess
+
+    started = []
+
+    def run(parameters=None, **options):
+        process = NodeProcess(parameters, tmp_path_factory.mktemp("node"), **options)
+        started.append(process)
+        return process
+
+    yield run
+    for process in started:
+        process.kill()
+
+
+@pytest.fixture(scope="module")
+def connect(context, run_node):
+    """Start a node in a namespace of its own and talk to it: ``connect(parameters)``.
+
+    At the end of the module each is stopped by SIGINT, which must leave no traceback and exit status 0.
+    """
+    from .remote import Remote
+
+    remotes = []
+
+    def start(parameters):
+        namespace = f"/n{next(_numbers)}"
+        process = run_node(parameters, arguments=["-r", f"__ns:={namespace}"], namespace=namespace)
+        remotes.append(Remote(process, namespace, context))
+        return remotes[-1]
+
+    yield start
+    for remote in remotes:
+        remote.close()
+    for remote in remotes:
+        if remote.process.popen.poll() is None:  # else a test has failed already
+            remote.process.assert_stopped_cleanly()

@@ -1,0 +1,119 @@
+"""What a user sees for a bad parameter: exit status 1 and one sentence on stderr that names the parameter.
+
+All the nodes of this module are started at once, a few at a time, because each spends its time importing.
+"""
+
+from concurrent.futures import ThreadPoolExecutor
+
+import pytest
+
+pytest.importorskip("rclpy")
+pytestmark = pytest.mark.ros
+
+NODES_AT_A_TIME = 3
+END_SECONDS = 60.0
+
+# Parameters, and what the sentence must say after "rigid_body_node: ".
+REFUSED = {
+    "unknown name": ({"body.mas": 2.0}, "parameter body.mas is not known; did you mean body.mass?"),
+    "unknown in a frame": (
+        {"frames": {"arm": {"axis": "world"}}},
+        "parameter frames.arm.axis is not known; did you mean frames.<name>.axes?",
+    ),
+    "NaN mass": ({"body.mass": float("nan")}, "parameter body.mass = nan: is not finite"),
+    "zero mass": ({"body.mass": 0.0}, "parameter body.mass = 0.0: is out of range"),
+    "negative inertia": ({"body.inertia": [0.1, 0.1, -0.1, 0.0, 0.0, 0.0]}, "parameter body.inertia = "),
+    "triangle inequality": ({"body.inertia": [0.1, 0.1, 0.3, 0.0, 0.0, 0.0]}, "parameter body.inertia = "),
+    "zero quaternion": ({"initial.orientation": [0.0, 0.0, 0.0, 0.0]}, "parameter initial.orientation"),
+    "wrong length": ({"gravity": [0.0, -9.81]}, "parameter gravity = [0.0, -9.81]: has 2 entries; give 3"),
+    "empty array": ({"gravity": []}, "parameter gravity"),
+    "string for a number": ({"body.mass": "2.0"}, "parameter body.mass = '2.0': '2.0' is not a number"),
+    "number for an array": ({"gravity": -9.81}, "parameter gravity = -9.81: is not an array"),
+    "bad choice": ({"twist_frame": "bdoy"}, "parameter twist_frame = 'bdoy': is not allowed; give one of body, world"),
+    "name used twice": ({"world_frame_id": "base_link"}, "frame name 'base_link' is used twice"),
+    "publish_rate": (
+        {"rate": 1000.0, "publish_rate": 300.0},
+        "parameter publish_rate = 300: does not divide rate = 1000 Hz into whole steps; the nearest that does is 333.3",
+    ),
+    "unknown integrator": ({"integrator.name": "tailor"}, "integrator.name"),
+    "use_sim_time": ({"use_sim_time": True}, "parameter use_sim_time = true: this node makes the simulated time"),
+    "use_sim_time of a wrong type": (
+        {"use_sim_time": 3},
+        "parameter 'use_sim_time' to '3' of type 'INTEGER', expecting type 'BOOL'",
+    ),
+    "bad QoS": (
+        {"qos_overrides./pose.publisher.reliability": "sometimes"},
+        "qos_overrides./pose.publisher.reliability",
+    ),
+}
+
+# Arguments whose trouble ROS finds before the node does, and what the user must be able to read.
+FILES = {
+    "integers and floats mixed": ("/**:\n  ros__parameters:\n    gravity: [0, 0, -9.81]\n", "file.yaml"),
+    "no value": ("/**:\n  ros__parameters:\n    body.mass:\n", "file.yaml"),
+    "not YAML": ("a: [1, 2", "file.yaml"),
+    "missing": (None, "file.yaml"),
+}
+
+
+@pytest.fixture(scope="module")
+def ended(run_node, tmp_path_factory):
+    """(exit status, stdout, stderr) by name, for everything in REFUSED and FILES."""
+
+    def end(process):
+        status = process.wait_end(END_SECONDS)
+        return status, process.stdout, process.stderr
+
+    def refuse(name):
+        return end(run_node(REFUSED[name][0]))
+
+    def read_file(name):
+        file = tmp_path_factory.mktemp("file") / "file.yaml"
+        if FILES[name][0] is not None:
+            file.write_text(FILES[name][0])
+        return end(run_node(arguments=["--params-file", str(file)]))
+
+    with ThreadPoolExecutor(NODES_AT_A_TIME) as pool:
+        futures = {name: pool.submit(refuse, name) for name in REFUSED}
+        futures |= {name: pool.submit(read_file, name) for name in FILES}
+    return {name: future.result() for name, future in futures.items()}
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_bad_parameter_refuses_to_start(ended, name):
+    status, stdout, stderr = ended[name]
+    assert status == 1, stderr
+    assert "Traceback" not in stderr and stdout == ""
+    (line,) = stderr.splitlines()
+    assert line.startswith("rigid_body_node: ") and REFUSED[name][1] in line
+
+
+def test_inertia_refusals_name_the_rule(ended):
+    assert "not positive definite" in ended["negative inertia"][2]
+    assert "triangle inequality" in ended["triangle inequality"][2]
+
+
+def test_unknown_integrator_lists_the_known(ended):
+    from rigid_body_sim.integrators import REGISTRY
+
+    assert all(name in ended["unknown integrator"][2] for name in REGISTRY)
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_bad_file_refuses_to_start(ended, name):
+    """ROS reads the file: its own log line may come first, then one sentence of ours that names the file."""
+    status, stdout, stderr = ended[name]
+    assert status == 1, stderr
+    assert "Traceback" not in stderr and stdout == ""
+    ours = [line for line in stderr.splitlines() if "[rcl]" not in line]
+    assert len(ours) == 1 and ours[0].startswith("rigid_body_node: ") and FILES[name][1] in ours[0]
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_bad_file_is_explained_in_the_users_words(ended, name):
+    """Not with the lines of C sources that rclpy passes on."""
+    assert "/src/" not in ended[name][2].splitlines()[-1]
+
+
+def test_mixed_array_says_what_to_write(ended):
+    assert "0.0" in ended["integers and floats mixed"][2]

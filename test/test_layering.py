@@ -1,0 +1,142 @@
+"""Arrows between the parts of the package point one way only; ROS and numba stay where they belong."""
+
+import ast
+from pathlib import Path
+
+import pytest
+
+pytestmark = pytest.mark.no_numba
+
+PACKAGE = Path(__file__).parents[1] / "rigid_body_sim"
+CORE = {"physics", "integrators", "scene", "simulation"}
+ALLOWED = {  # a part, and the other parts of the package that it may import
+    "physics": set(),
+    "integrators": {"physics"},
+    "scene": {"physics"},
+    "simulation": {"physics", "integrators", "scene"},
+    "ros": CORE,
+    "report": CORE,
+    "tools": {*CORE, "ros"},
+    "": CORE,  # the package's own __init__
+}
+WITH_ROS = {"ros", "tools"}
+ROS_PACKAGES = {
+    "rclpy",
+    "rosgraph_msgs",
+    "rcl_interfaces",
+    "builtin_interfaces",
+    "simulation_interfaces",
+    "ament_index_python",
+}
+NUMBA_HOME = "physics.compiled"
+
+
+def imports_of(text, module):
+    """Absolute names of all modules that a module's text imports, wherever in the text it does so.
+
+    ``module`` is its dotted name; a package's is that of its ``__init__``: "rigid_body_sim.physics.__init__".
+    """
+    for node in ast.walk(ast.parse(text)):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            above = module.split(".")[: -node.level] if node.level else []
+            base = ".".join([*above, *([node.module] if node.module else [])])
+            yield from (f"{base}.{alias.name}" for alias in node.names)
+
+
+def part_of(name):
+    """The part of the package to which a dotted name belongs; "" for the package itself, None for anything outside."""
+    root, *rest = name.split(".")
+    if root != "rigid_body_sim":
+        return None
+    return rest[0] if rest and rest[0] in ALLOWED else ""
+
+
+def is_ros(name):
+    root = name.split(".")[0]
+    return root in ROS_PACKAGES or root.endswith(("_msgs", "_srvs")) or root.startswith("rcl")
+
+
+def complaints(text, module):
+    """What is wrong with a module's imports, one sentence each."""
+    home = part_of(module)
+    for name in imports_of(text, module):
+        target = part_of(name)
+        if target is not None and target != home and target not in ALLOWED[home]:
+            yield f"{module} imports {name}: {home or 'the package'} must not know {target or 'the whole package'}"
+        if is_ros(name) and home not in WITH_ROS:
+            yield f"{module} imports {name}: only ros and tools may use ROS"
+        if name.split(".")[0] == "numba" and module != f"rigid_body_sim.{NUMBA_HOME}":
+            yield f"{module} imports {name}: only {NUMBA_HOME} may use numba"
+
+
+MODULES = {".".join(path.relative_to(PACKAGE.parent).with_suffix("").parts): path for path in PACKAGE.rglob("*.py")}
+
+
+@pytest.mark.parametrize("module", sorted(MODULES))
+def test_imports_follow_the_arrows(module):
+    assert list(complaints(MODULES[module].read_text(encoding="utf-8"), module)) == []
+
+
+def test_modules_are_found():
+    assert {"rigid_body_sim.__init__", "rigid_body_sim.physics.state", "rigid_body_sim.ros.node"} <= set(MODULES)
+
+
+def test_every_folder_of_the_package_has_its_place():
+    parts = {path.name for path in PACKAGE.iterdir() if (path / "__init__.py").exists()}
+    parts |= {path.stem for path in PACKAGE.glob("*.py") if path.stem != "__init__"}
+    assert parts <= set(ALLOWED)
+
+
+def test_arrows_have_no_circle():
+    order = ["physics", "integrators", "scene", "simulation", "report", "ros", "tools"]
+    for place, part in enumerate(order):
+        assert ALLOWED[part] <= set(order[:place])
+
+
+BAD = {  # a module, its text, and what is said about it
+    "upwards": ("physics.body", "from ..simulation import Simulation", "physics must not know simulation"),
+    "upwards by name": ("physics.body", "from .. import scene", "physics must not know scene"),
+    "absolute": ("integrators.rk4", "import rigid_body_sim.scene.loader", "integrators must not know scene"),
+    "sideways": ("scene.loader", "from ..integrators import get", "scene must not know integrators"),
+    "whole package": ("physics.body", "from .. import Body", "physics must not know the whole package"),
+    "from an __init__": ("physics.__init__", "from ..ros import node", "physics must not know ros"),
+    "package itself": ("__init__", "from .tools import demo", "the package must not know tools"),
+    "report and ROS side": ("report.page", "from ..ros import pacing", "report must not know ros"),
+    "late": (
+        "scene.loader",
+        "def f():\n    if True:\n        from ..simulation import Simulation",
+        "must not know simulation",
+    ),
+    "rclpy below": ("simulation", "import rclpy", "only ros and tools may use ROS"),
+    "messages below": (
+        "simulation",
+        "def f():\n    from geometry_msgs.msg import Pose",
+        "only ros and tools may use ROS",
+    ),
+    "services in the report": ("report.page", "import std_srvs.srv as s", "only ros and tools may use ROS"),
+    "numba elsewhere": ("integrators.taylor", "from numba import njit", "only physics.compiled may use numba"),
+}
+
+
+@pytest.mark.parametrize(("module", "text", "said"), BAD.values(), ids=BAD)
+def test_import_in_the_wrong_direction_is_noticed(module, text, said):
+    found = list(complaints(text, f"rigid_body_sim.{module}"))
+    assert len(found) == 1
+    assert said in found[0]
+
+
+@pytest.mark.parametrize(
+    ("module", "text"),
+    [
+        ("integrators.rk4", "from ..physics.state import X\nfrom .base import Integrator\nimport math"),
+        ("simulation", "from . import integrators\nfrom .physics import compiled\nfrom .scene.loader import Scene"),
+        ("ros.node", "import rclpy\nfrom geometry_msgs.msg import Pose\nfrom ..simulation import Simulation"),
+        ("tools.demo", "from ..ros import pacing\nfrom rclpy.node import Node\nfrom . import picture"),
+        ("physics.compiled", "import numba"),
+        ("physics.__init__", "from . import body"),
+    ],
+)
+def test_import_in_the_right_direction_is_let_through(module, text):
+    assert list(complaints(text, f"rigid_body_sim.{module}")) == []
