@@ -1,0 +1,61 @@
+"""Quaternion feedback: the torque that turns a body to a target attitude and holds it there. No ROS."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..physics import inertia as inertia_module
+from ..physics import rotation
+
+
+@dataclass(frozen=True)
+class PointingLaw:
+    """τ = −I (2 ω_n² ε + 2 ζ ω_n ω), with ε the vector part of target⁻¹ ⊗ q; Wie & Barba, J. Guidance 8 (1985) 360.
+
+    For small angles every axis behaves as an oscillator of natural frequency ω_n [rad/s] and damping ratio ζ. A torque
+    longer than ``max_torque`` [N m] is shortened and keeps its direction.
+    """
+
+    target: NDArray  # unit quaternion (w, x, y, z)
+    inertia: NDArray  # (3, 3) [kg m²], as the controller believes it to be, body axes
+    natural_frequency: float
+    damping_ratio: float
+    max_torque: float
+
+    def torque(self, orientation: ArrayLike, angular_velocity: ArrayLike) -> NDArray:
+        """Torque [N m], body axes, shape (3,), for an attitude (w, x, y, z) and an angular velocity [rad/s], body axes.
+
+        Raises ValueError when either is not finite or the attitude is no direction.
+        """
+        w, *error = rotation.multiply(rotation.conjugate(self.target), rotation.normalize(orientation))
+        omega = np.asarray(angular_velocity, float)
+        if not np.isfinite(omega).all():
+            raise ValueError(f"angular velocity {omega.tolist()} is not finite")
+        # q and −q are one attitude; the sign of w picks the way that is shorter than half a turn.
+        error = math.copysign(1.0, w) * np.array(error)
+        acceleration = 2.0 * self.natural_frequency * (self.natural_frequency * error + self.damping_ratio * omega)
+        return shortened(-self.inertia @ acceleration, self.max_torque)
+
+
+def pointing_law(
+    target: ArrayLike, inertia: ArrayLike, natural_frequency: float, damping_ratio: float, max_torque: float
+) -> PointingLaw:
+    """The law, its numbers checked. Raises ValueError with the reason when one of them is of no use."""
+    for name, value in (
+        ("natural_frequency", natural_frequency),
+        ("damping_ratio", damping_ratio),
+        ("max_torque", max_torque),
+    ):
+        if not 0.0 < value < math.inf:
+            raise ValueError(f"{name} {value:g} is not a finite number greater than zero")
+    matrix = inertia_module.as_matrix(inertia)
+    inertia_module.check(matrix)
+    return PointingLaw(rotation.normalize(target), matrix, natural_frequency, damping_ratio, max_torque)
+
+
+def shortened(vector: NDArray, longest: float) -> NDArray:
+    """``vector``, or the vector of the same direction and the length ``longest`` when it is longer."""
+    length = float(np.linalg.norm(vector))
+    return vector if length <= longest else vector * (longest / length)

@@ -1,0 +1,234 @@
+"""Entry point of rigid_body_demo: node and pointing controller as two processes, watched over their topics."""
+
+import argparse
+import contextlib
+import math
+import os
+import random
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from .. import integrators
+from ..physics import compiled, rotation
+from ..scene.loader import Scene, load_scene
+from . import findings, picture
+from .processes import Child, ChildError, children
+
+if TYPE_CHECKING:
+    from .listener import Listener
+
+TARGET = (1.0, 0.0, 0.0, 0.0)  # body axes along the world's
+MAX_TORQUE = 0.05  # N m
+CONNECTED_WITHIN = 120.0  # s: kernels may have to be compiled on a slow machine
+NEXT_POSE_WITHIN = 10.0  # s
+HOW_TO_INSTALL = "pip install rigid_body_sim[report]"
+
+
+def main(args: list[str] | None = None) -> int:
+    """Run the demo. Returns the exit status: 0, 1 when something failed, 130 after Ctrl-C."""
+    arguments = _parser().parse_args(args)
+    try:
+        with _no_traceback():
+            if not arguments.out.absolute().parent.is_dir():
+                raise ValueError(f"--out {arguments.out}: there is no such folder")
+            scene = load_scene(arguments.scene)
+            heard = _watch(arguments.scene, scene, arguments.duration)
+            _report(scene, heard, arguments)
+    except _DemoError as ended:
+        print(f"rigid_body_demo: {ended}", file=sys.stderr)
+        return ended.status
+    return 0
+
+
+class _DemoError(Exception):
+    def __init__(self, text: object, status: int = 1):
+        super().__init__(text)
+        self.status = status
+
+
+@contextlib.contextmanager
+def _no_traceback() -> Iterator[None]:
+    try:
+        yield
+    except KeyboardInterrupt:
+        raise _DemoError("interrupted", 130) from None
+    except (OSError, ValueError, ChildError, TimeoutError) as reason:
+        raise _DemoError(reason) from None
+    except ImportError as reason:
+        raise _DemoError(f"{reason}; the demo needs rclpy: source a ROS, or pip install rigid_body_sim[ros]") from None
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="rigid_body_demo",
+        description="Starts rigid_body_node and pointing_controller as two processes, watches them over their topics, "
+        "checks energy and momentum, and draws a picture.",
+    )
+    parser.add_argument(
+        "--duration", type=_seconds, default=20.0, metavar="S", help="simulated seconds to watch (default 20)"
+    )
+    parser.add_argument(
+        "--out", type=Path, default=Path("rigid_body_demo.png"), help="the picture (default %(default)s)"
+    )
+    parser.add_argument("--scene", type=Path, default=None, help="parameter file of the node (default: satellite.yaml)")
+    parser.set_defaults(scene=installed_scene("satellite"))
+    return parser
+
+
+def _seconds(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not 0.0 < value < math.inf:
+        raise argparse.ArgumentTypeError(f"{text} is not a finite number of seconds greater than zero")
+    return value
+
+
+def installed_scene(name: str) -> Path:
+    """Path of a scene that came with the package: installed by colcon or pip, or in the source tree."""
+    here = Path(__file__).resolve()
+    folders = [here.parents[2] / "config"]
+    folders += [parent / "share/rigid_body_sim/config" for parent in (*here.parents, Path(sys.prefix))]
+    paths = [folder / f"{name}.yaml" for folder in folders]
+    return next((path for path in paths if path.is_file()), paths[-1])
+
+
+# Watching -------------------------------------------------------------------------------------------------------------
+
+
+def _watch(scene_path: Path, scene: Scene, duration: float) -> "Listener":
+    """Run node and controller for ``duration`` simulated seconds and return what was heard."""
+    _private_domain()
+    import rclpy
+
+    from ..ros.executor import executor_for
+    from .listener import Listener
+
+    with children() as running:
+        # Signals stay with Python here: they end the children first.
+        rclpy.init(args=[], signal_handler_options=rclpy.SignalHandlerOptions.NO)
+        try:
+            listener = Listener(scene)
+            executor = executor_for(listener)
+            # The body waits until all three hear one another: nothing shall act on it unrecorded.
+            running.append(_start_node(scene_path, scene))
+            running.append(_start_controller(scene))
+            for _ in _listening(executor, listener, running, CONNECTED_WITHIN):
+                if listener.connected():
+                    break
+                listener.nudge()
+            listener.begin()
+            with _progress(duration) as show:
+                for _ in _listening(executor, listener, running, NEXT_POSE_WITHIN):
+                    if listener.orientations:
+                        show(listener)
+                    if listener.seconds >= duration:
+                        return listener
+        finally:
+            rclpy.try_shutdown()
+
+
+def _private_domain() -> None:
+    """Keep others' traffic out and ours in, unless the user chose a domain. Linux has room for domains 0 to 101."""
+    if "ROS_DOMAIN_ID" not in os.environ:
+        os.environ["ROS_DOMAIN_ID"] = str(random.randint(1, 100))
+        os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
+
+
+def _start_node(scene_path: Path, scene: Scene) -> Child:
+    if not compiled.is_cached(integrators.get(scene["integrator.name"]).steps):
+        print("The kernels are compiled first, which takes about 10 s and happens once.", flush=True)
+    return Child(
+        "rigid_body_sim.ros.main", ["--ros-args", "--params-file", str(scene_path), "-p", "start_paused:=true"]
+    )
+
+
+def _start_controller(scene: Scene) -> Child:
+    parameters = {
+        "target": list(TARGET),
+        "inertia": list(scene["body.inertia"]),
+        "max_torque": MAX_TORQUE,
+        "frame_id": scene["body.frame_id"],
+    }
+    settings = [part for name, value in parameters.items() for part in ("-p", f"{name}:={value}")]
+    # One quaternion product a pose needs no compiler, and without one the controller is there half a second earlier.
+    return Child(
+        "rigid_body_sim.tools.pointing_controller", ["--ros-args", *settings], {"RIGID_BODY_SIM_NO_NUMBA": "1"}
+    )
+
+
+def _listening(executor, listener: "Listener", running: list[Child], within: float) -> Iterator[None]:
+    """Serve the listener for ever. Raises ChildError, and TimeoutError when no pose comes for ``within`` seconds."""
+    poses, deadline = 0, time.monotonic() + within
+    while time.monotonic() < deadline:
+        executor.spin_once(timeout_sec=0.05)
+        for child in running:
+            child.check()
+        if len(listener.orientations) > poses:
+            poses, deadline = len(listener.orientations), time.monotonic() + within
+        yield
+    raise TimeoutError(f"no pose was heard for {within:g} s, though {running[0].name} runs")
+
+
+@contextlib.contextmanager
+def _progress(duration: float) -> Iterator:
+    """A function that shows how far the listener is: a bar on a terminal, nothing elsewhere; lines without tqdm."""
+    try:
+        from tqdm import tqdm
+    except ImportError:
+        print(f"(A progress bar needs tqdm: {HOW_TO_INSTALL})")
+        yield _every(1.0, lambda listener: print(f"{listener.seconds:5.1f} s  {_pointing(listener)}", flush=True))
+        return
+    with tqdm(total=duration, disable=None, bar_format="{l_bar}{bar}| {n:.1f}/{total:g} s{postfix}") as bar:
+
+        def show(listener: "Listener") -> None:
+            bar.set_postfix_str(_pointing(listener), refresh=False)
+            bar.update(min(listener.seconds, duration) - bar.n)
+
+        yield _every(0.1, show)
+
+
+def _every(period: float, show):
+    """``show``, called at most once in ``period`` seconds."""
+    due = 0.0
+
+    def sometimes(listener: "Listener") -> None:
+        nonlocal due
+        if time.monotonic() >= due:
+            due = time.monotonic() + period
+            show(listener)
+
+    return sometimes
+
+
+def _pointing(listener: "Listener") -> str:
+    return f"pointing error {math.degrees(rotation.angle_between(TARGET, listener.latest())):.3g} deg"
+
+
+# Reporting ------------------------------------------------------------------------------------------------------------
+
+
+def _report(scene: Scene, heard: "Listener", arguments: argparse.Namespace) -> None:
+    recording = heard.recording()
+    rows = findings.table(recording, scene, TARGET, heard.diagnostics)
+    width = max(map(len, rows))
+    print("\n".join(f"{name:{width}}  {text}" for name, text in rows.items()))
+    first, last = np.degrees(recording.error(TARGET)[[0, -1]])
+    name = arguments.scene.stem.replace("_", " ")
+    title = f"{name}, turned from {first:.0f}° to {last:.1g}° off its target by a controller that knows only ROS topics"
+    try:
+        picture.draw(recording, TARGET, MAX_TORQUE, title, arguments.out)
+    except ImportError:
+        print(f"{'picture':{width}}  none: it needs matplotlib ({HOW_TO_INSTALL})")
+    else:
+        print(f"{'picture':{width}}  {arguments.out.resolve()}")
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,104 @@
+"""ROS side of the demo: a node that listens, and what it heard as a Recording."""
+
+import time
+
+import numpy as np
+from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import PoseStamped, TwistStamped, WrenchStamped
+from numpy.typing import NDArray
+from rclpy.node import Node
+from rclpy.task import Future
+from std_msgs.msg import Header
+from std_srvs.srv import SetBool, Trigger
+
+from ..physics import rotation
+from ..scene.loader import Scene
+from .recording import NANOSECONDS, Recording
+
+QUEUE = 1000  # ten seconds of poses: a slow terminal must not cost one
+
+
+class Listener(Node):
+    """Keeps every pose, twist, wrench and diagnostic message of a node that runs ``scene``."""
+
+    def __init__(self, scene: Scene, **node_arguments):
+        super().__init__("rigid_body_demo", **node_arguments)
+        self._twist_in_body_axes = scene["twist_frame"] == "body"
+        self.orientations: dict[int, tuple[float, ...]] = {}  # by stamp [ns]
+        self.diagnostics: list[dict[str, str]] = []
+        self._rates: dict[int, tuple[float, ...]] = {}
+        self._arrivals_ns: dict[int, int] = {}
+        self._commands: list[tuple[int, tuple[float, ...]]] = []
+        self.create_subscription(PoseStamped, "pose", self._on_pose, QUEUE)
+        self.create_subscription(TwistStamped, "twist", self._on_twist, QUEUE)
+        self.create_subscription(WrenchStamped, "wrench", self._on_wrench, QUEUE)
+        self.create_subscription(DiagnosticArray, "/diagnostics", self._on_diagnostics, QUEUE)
+        self._step, self._reset = (self.create_client(Trigger, f"rigid_body_node/{name}") for name in ("step", "reset"))
+        self._pause = self.create_client(SetBool, "rigid_body_node/pause")
+        self._asked: Future | None = None
+
+    def connected(self) -> bool:
+        """Whether a pose, a twist and a command answering them have come through."""
+        return bool(self.orientations and self._rates and self._commands)
+
+    def nudge(self) -> None:
+        """Have the paused node publish a step, so that the controller answers; again once that is done."""
+        if self._step.service_is_ready() and (self._asked is None or self._asked.done()):
+            self._asked = self._step.call_async(Trigger.Request())
+
+    def begin(self) -> None:
+        """Send the paused node back to its initial state, forget what was heard so far, and let it go on."""
+        self._reset.call_async(Trigger.Request()).add_done_callback(self._go_on)
+
+    def _go_on(self, _: Future) -> None:
+        for heard in (self.orientations, self._rates, self._arrivals_ns, self._commands, self.diagnostics):
+            heard.clear()
+        self._pause.call_async(SetBool.Request(data=False))
+
+    @property
+    def seconds(self) -> float:
+        """Simulated time between the first pose heard and the last."""
+        if not self.orientations:
+            return 0.0
+        return (next(reversed(self.orientations)) - next(iter(self.orientations))) / NANOSECONDS
+
+    def latest(self) -> tuple[float, ...]:
+        """Orientation (w, x, y, z) of the last pose heard."""
+        return next(reversed(self.orientations.values()))
+
+    def recording(self) -> Recording:
+        """All steps of which both pose and twist were heard, and all commands."""
+        stamps = sorted(self.orientations.keys() & self._rates.keys())
+        orientation = np.array([self.orientations[stamp] for stamp in stamps])
+        rates = np.array([self._rates[stamp] for stamp in stamps])
+        if not self._twist_in_body_axes:
+            rates = np.array([rotation.rotate_back(q, w) for q, w in zip(orientation, rates, strict=True)])
+        return Recording(np.array(stamps, np.int64), orientation, rates, *self._applied())
+
+    def _applied(self) -> tuple[NDArray, NDArray]:
+        applied_ns = np.array([applied for applied, _ in self._commands], np.int64)
+        torque = np.array([torque for _, torque in self._commands]).reshape(-1, 3)
+        return np.maximum.accumulate(applied_ns), torque
+
+    def _on_pose(self, message: PoseStamped) -> None:
+        stamp_ns, q = _nanoseconds(message.header), message.pose.orientation
+        self._arrivals_ns[stamp_ns] = time.monotonic_ns()
+        self.orientations[stamp_ns] = (q.w, q.x, q.y, q.z)
+
+    def _on_twist(self, message: TwistStamped) -> None:
+        w = message.twist.angular
+        self._rates[_nanoseconds(message.header)] = (w.x, w.y, w.z)
+
+    def _on_wrench(self, message: WrenchStamped) -> None:
+        """Note when the command began to act: it reaches the node as long after the pose as it reaches us."""
+        now_ns, stamp_ns, t = time.monotonic_ns(), _nanoseconds(message.header), message.wrench.torque
+        delay_ns = now_ns - self._arrivals_ns.get(stamp_ns, now_ns)
+        self._commands.append((stamp_ns + delay_ns, (t.x, t.y, t.z)))
+
+    def _on_diagnostics(self, message: DiagnosticArray) -> None:
+        for status in message.status:
+            self.diagnostics.append({item.key: item.value for item in status.values})
+
+
+def _nanoseconds(header: Header) -> int:
+    return header.stamp.sec * NANOSECONDS + header.stamp.nanosec

@@ -1,0 +1,79 @@
+"""The demo's picture: attitude error, angular rate and torque over time. Imports matplotlib only when it draws."""
+
+import os
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from .recording import Recording
+
+# Okabe and Ito's colours: told apart with any colour vision, and in grey.
+BLACK, ORANGE, BLUE, GREEN = "#000000", "#E69F00", "#0072B2", "#009E73"
+AXES = (("x", BLUE), ("y", ORANGE), ("z", GREEN))
+
+
+def draw(recording: Recording, target: ArrayLike, max_torque: float, title: str, path: str | os.PathLike[str]) -> None:
+    """Write the picture to ``path``; the file's ending tells the format. Raises ImportError without matplotlib."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(10.0, 8.6), dpi=120, layout="constrained")
+    panels = figure.subplots(3, 1, sharex=True, height_ratios=(1.2, 1.0, 1.0))
+    figure.suptitle(title, fontsize=13)
+    _draw_error(panels[0], recording, target)
+    _draw_rates(panels[1], recording)
+    _draw_torque(panels[2], recording, max_torque)
+    for panel in panels:
+        panel.grid(True, color="#DDDDDD", linewidth=0.7)
+        panel.set_axisbelow(True)
+        panel.tick_params(labelsize=11)
+    panels[-1].set_xlabel("simulated time since the first pose [s]", fontsize=12)
+    panels[-1].set_xlim(0.0, 1.005 * recording.time[-1])  # so that the last tick keeps its number
+    figure.align_ylabels(panels)
+    figure.savefig(path)
+
+
+def _draw_error(panel, recording: Recording, target: ArrayLike) -> None:
+    error = np.maximum(np.degrees(recording.error(target)), 1e-15)  # zero has no place on a logarithmic axis
+    panel.semilogy(recording.time, error, color=BLACK, linewidth=1.6)
+    panel.set_ylabel("attitude error [deg]", fontsize=12)
+    _mark_start(panel, recording)
+
+
+def _mark_start(panel, recording: Recording) -> None:
+    if not len(recording.command_time):
+        return
+    start = recording.command_time[0]
+    panel.axvline(start, color="#666666", linestyle=":", linewidth=1.4)
+    panel.annotate(
+        "first command",
+        (start, 0.06),
+        xycoords=("data", "axes fraction"),
+        xytext=(6, 0),
+        textcoords="offset points",
+        fontsize=11,
+    )
+
+
+def _draw_rates(panel, recording: Recording) -> None:
+    for index, (name, colour) in enumerate(AXES):
+        rate = np.degrees(recording.angular_velocity[:, index])
+        panel.plot(recording.time, rate, color=colour, linewidth=1.6, label=f"$\\omega_{name}$")
+    panel.set_ylabel("angular rate [deg/s]\nbody axes", fontsize=12)
+    _legend(panel)
+
+
+def _draw_torque(panel, recording: Recording, max_torque: float) -> None:
+    time = np.concatenate(([0.0], recording.command_time, [recording.time[-1]]))
+    torque = 1e3 * np.vstack((np.zeros(3), recording.torque))
+    torque = np.vstack((torque, torque[-1]))
+    for index, (name, colour) in enumerate(AXES):
+        panel.step(time, torque[:, index], where="post", color=colour, linewidth=1.6, label=f"$\\tau_{name}$")
+    length = np.linalg.norm(torque, axis=1)
+    panel.step(time, length, where="post", color=BLACK, linewidth=1.2, linestyle="--", label="$|\\tau|$")
+    panel.set_ylabel(f"torque [mN m], body axes\n(limit {1e3 * max_torque:g})", fontsize=12)
+    _legend(panel)
+
+
+def _legend(panel) -> None:
+    """Beside the panel, where it covers nothing."""
+    panel.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, fontsize=12)

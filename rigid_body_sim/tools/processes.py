@@ -1,0 +1,80 @@
+"""Other programs, run as processes of their own and never left behind."""
+
+import contextlib
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator, Mapping, Sequence
+
+PATIENCE = 5.0  # s that a process gets to end by itself
+STOPPING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+
+
+class ChildError(RuntimeError):
+    """A process that ended by itself; the text says which, how, and its last words."""
+
+
+class Child:
+    """A module of this Python, run as a process: out of reach of the terminal's Ctrl-C, so that only we end it."""
+
+    def __init__(self, module: str, arguments: Sequence[str], environment: Mapping[str, str] | None = None):
+        self.name = module
+        # A file, because a pipe that nobody reads would block the process.
+        self._output = tempfile.TemporaryFile("w+", errors="replace")  # noqa: SIM115  (lives as long as the process)
+        self._process = subprocess.Popen(
+            [sys.executable, "-m", module, *arguments],
+            stdin=subprocess.DEVNULL,
+            stdout=self._output,
+            stderr=subprocess.STDOUT,
+            start_new_session=True,
+            env={**os.environ, **(environment or {})},
+        )
+
+    @property
+    def pid(self) -> int:
+        """Process id."""
+        return self._process.pid
+
+    def check(self) -> None:
+        """Raise ChildError when the process is no longer there."""
+        if (status := self._process.poll()) is not None:
+            raise ChildError(f"{self.name} ended with status {status}: {self._last_line()}")
+
+    def interrupt(self) -> None:
+        """Ask the process to end, as Ctrl-C does."""
+        if self._process.poll() is None:
+            self._process.send_signal(signal.SIGINT)
+
+    def reap(self) -> None:
+        """Wait until the process is gone; after PATIENCE it is killed."""
+        try:
+            self._process.wait(PATIENCE)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            self._process.wait()
+        self._output.close()
+
+    def _last_line(self) -> str:
+        self._output.seek(0)
+        lines = self._output.read().split("\n")
+        return next((line.strip() for line in reversed(lines) if line.strip()), "it said nothing")
+
+
+@contextlib.contextmanager
+def children() -> Iterator[list[Child]]:
+    """A list for the processes that are started; on leaving, whatever the reason, all of them are ended."""
+    running: list[Child] = []
+    before = {number: signal.signal(number, signal.default_int_handler) for number in STOPPING}
+    try:
+        yield running
+    finally:
+        for number in STOPPING:
+            signal.signal(number, signal.SIG_IGN)  # a second Ctrl-C must not leave one behind
+        for child in running:
+            child.interrupt()
+        for child in running:
+            child.reap()
+        for number, handler in before.items():
+            signal.signal(number, handler)

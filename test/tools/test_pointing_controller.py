@@ -1,0 +1,90 @@
+"""The controller as a process and as a node."""
+
+import os
+import random
+import signal
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+rclpy = pytest.importorskip("rclpy")
+pytestmark = pytest.mark.ros
+
+from geometry_msgs.msg import PoseStamped, TwistStamped  # noqa: E402
+
+from rigid_body_sim.physics import rotation  # noqa: E402
+
+DOMAIN = {"ROS_DOMAIN_ID": str(random.randint(1, 100)), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
+ORIENTATION, OMEGA = (0.5, -0.5, 0.5, 0.5), np.array((0.1, -0.2, 0.3))
+
+
+def start(*settings: str) -> subprocess.Popen:
+    command = [sys.executable, "-m", "rigid_body_sim.tools.pointing_controller", "--ros-args"]
+    command += [part for setting in settings for part in ("-p", setting)]
+    return subprocess.Popen(command, stderr=subprocess.PIPE, text=True, env={**os.environ, **DOMAIN})
+
+
+@pytest.mark.parametrize("number", (signal.SIGINT, signal.SIGTERM))
+def test_ends_when_asked(number):
+    controller = start()
+    first = controller.stderr.readline()
+    assert "ready" in first
+    controller.send_signal(number)
+    assert "Traceback" not in controller.communicate(timeout=30)[1]
+    assert controller.returncode == 0
+
+
+@pytest.mark.parametrize(
+    ("setting", "reason"),
+    (("target:=[1,0,0,0]", "such as 1.0"), ("max_torque:=-1.0", "greater than zero"), ("inertia:=[1.0]", "shape")),
+)
+def test_useless_parameter_is_one_sentence(setting, reason):
+    controller = start(setting)
+    said = controller.communicate(timeout=60)[1]
+    assert controller.returncode == 1
+    assert said.startswith("pointing_controller: ") and said.count("\n") == 1
+    assert reason in said
+
+
+@pytest.fixture
+def make_controller(monkeypatch):
+    """A function: a controller in this process, with ``frame_id`` given or not."""
+    from rclpy.parameter import Parameter
+
+    from rigid_body_sim.tools.pointing_node import PointingController
+
+    for name, value in DOMAIN.items():
+        monkeypatch.setenv(name, value)
+    context = rclpy.Context()
+    rclpy.init(context=context)
+    yield lambda name: PointingController(context=context, parameter_overrides=[Parameter("frame_id", value=name)])
+    context.try_shutdown()
+
+
+def pair(omega: np.ndarray, twist_frame: str) -> tuple[PoseStamped, TwistStamped]:
+    pose, twist = PoseStamped(), TwistStamped()
+    pose.header.frame_id, twist.header.frame_id = "world", twist_frame
+    pose.header.stamp.sec = twist.header.stamp.sec = 7
+    q, w = pose.pose.orientation, twist.twist.angular
+    (q.w, q.x, q.y, q.z), (w.x, w.y, w.z) = ORIENTATION, omega.tolist()
+    return pose, twist
+
+
+def test_answer_is_in_body_axes_whatever_the_axes_of_twist(make_controller):
+    body, world = make_controller(""), make_controller("base_link")
+    answers = (
+        body.answer(*pair(OMEGA, "base_link")),
+        world.answer(*pair(rotation.rotate(ORIENTATION, OMEGA), "world")),
+    )
+    expected = body.law.torque(ORIENTATION, OMEGA)
+    for answer in answers:
+        torque = answer.wrench.torque
+        assert np.allclose((torque.x, torque.y, torque.z), expected, rtol=0.0, atol=1e-15)  # N m; measured 0 and 7e-18
+        assert (answer.header.frame_id, answer.header.stamp.sec) == ("base_link", 7)
+
+
+def test_twist_in_world_axes_needs_the_body_frame(make_controller):
+    with pytest.raises(ValueError, match="set frame_id"):
+        make_controller("").answer(*pair(OMEGA, "world"))
