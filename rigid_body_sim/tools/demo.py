@@ -17,7 +17,7 @@ from .. import integrators
 from ..physics import compiled, rotation
 from ..scene.loader import Scene, load_scene
 from . import findings, picture
-from .processes import Child, ChildError, children
+from .processes import ChildError, Children, children
 
 if TYPE_CHECKING:
     from .listener import Listener
@@ -117,13 +117,11 @@ def _watch(scene_path: Path, scene: Scene, duration: float) -> "Listener":
             listener = Listener(scene)
             executor = executor_for(listener)
             # The body waits until all three hear one another: nothing shall act on it unrecorded.
-            running.append(_start_node(scene_path, scene))
-            running.append(_start_controller(scene))
+            _start_node(running, scene_path, scene)
+            _start_controller(running, scene)
             for _ in _listening(executor, listener, running, CONNECTED_WITHIN):
-                if listener.connected():
+                if listener.let_go():
                     break
-                listener.nudge()
-            listener.begin()
             with _progress(duration) as show:
                 for _ in _listening(executor, listener, running, NEXT_POSE_WITHIN):
                     if listener.orientations:
@@ -141,15 +139,15 @@ def _private_domain() -> None:
         os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
 
 
-def _start_node(scene_path: Path, scene: Scene) -> Child:
+def _start_node(running: Children, scene_path: Path, scene: Scene) -> None:
     if not compiled.is_cached(integrators.get(scene["integrator.name"]).steps):
         print("The kernels are compiled first, which takes about 10 s and happens once.", flush=True)
-    return Child(
+    running.start(
         "rigid_body_sim.ros.main", ["--ros-args", "--params-file", str(scene_path), "-p", "start_paused:=true"]
     )
 
 
-def _start_controller(scene: Scene) -> Child:
+def _start_controller(running: Children, scene: Scene) -> None:
     parameters = {
         "target": list(TARGET),
         "inertia": list(scene["body.inertia"]),
@@ -158,22 +156,21 @@ def _start_controller(scene: Scene) -> Child:
     }
     settings = [part for name, value in parameters.items() for part in ("-p", f"{name}:={value}")]
     # One quaternion product a pose needs no compiler, and without one the controller is there half a second earlier.
-    return Child(
+    running.start(
         "rigid_body_sim.tools.pointing_controller", ["--ros-args", *settings], {"RIGID_BODY_SIM_NO_NUMBA": "1"}
     )
 
 
-def _listening(executor, listener: "Listener", running: list[Child], within: float) -> Iterator[None]:
+def _listening(executor, listener: "Listener", running: Children, within: float) -> Iterator[None]:
     """Serve the listener for ever. Raises ChildError, and TimeoutError when no pose comes for ``within`` seconds."""
     poses, deadline = 0, time.monotonic() + within
     while time.monotonic() < deadline:
         executor.spin_once(timeout_sec=0.05)
-        for child in running:
-            child.check()
+        running.check()
         if len(listener.orientations) > poses:
             poses, deadline = len(listener.orientations), time.monotonic() + within
         yield
-    raise TimeoutError(f"no pose was heard for {within:g} s, though {running[0].name} runs")
+    raise TimeoutError(f"no pose was heard for {within:g} s, though node and controller run")
 
 
 @contextlib.contextmanager

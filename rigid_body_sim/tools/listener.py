@@ -6,6 +6,7 @@ import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped, TwistStamped, WrenchStamped
 from numpy.typing import NDArray
+from rclpy.client import Client
 from rclpy.node import Node
 from rclpy.task import Future
 from std_msgs.msg import Header
@@ -15,6 +16,7 @@ from ..physics import rotation
 from ..scene.loader import Scene
 from .recording import NANOSECONDS, Recording
 
+ANSWER_WITHIN = 1.0  # s
 QUEUE = 1000  # ten seconds of poses: a slow terminal must not cost one
 
 
@@ -33,27 +35,33 @@ class Listener(Node):
         self.create_subscription(TwistStamped, "twist", self._on_twist, QUEUE)
         self.create_subscription(WrenchStamped, "wrench", self._on_wrench, QUEUE)
         self.create_subscription(DiagnosticArray, "/diagnostics", self._on_diagnostics, QUEUE)
-        self._step, self._reset = (self.create_client(Trigger, f"rigid_body_node/{name}") for name in ("step", "reset"))
+        self._reset = self.create_client(Trigger, "rigid_body_node/reset")
         self._pause = self.create_client(SetBool, "rigid_body_node/pause")
-        self._asked: Future | None = None
+        self._asked: tuple[Client | None, Future | None] = (None, None)
+        self._asked_at = 0.0
 
-    def connected(self) -> bool:
-        """Whether a pose, a twist and a command answering them have come through."""
-        return bool(self.orientations and self._rates and self._commands)
+    def let_go(self) -> bool:
+        """One turn of bringing a paused node to life; True once it runs.
 
-    def nudge(self) -> None:
-        """Have the paused node publish a step, so that the controller answers; again once that is done."""
-        if self._step.service_is_ready() and (self._asked is None or self._asked.done()):
-            self._asked = self._step.call_async(Trigger.Request())
+        It is reset, which publishes its initial state, until pose, twist and a command answering them have come
+        through; only then is it let go, so nothing acts on the body unrecorded.
+        """
+        if not (self.orientations and self._rates and self._commands):
+            self._answered(self._reset, Trigger.Request())
+            return False
+        self.diagnostics.clear()
+        return self._answered(self._pause, SetBool.Request(data=False))
 
-    def begin(self) -> None:
-        """Send the paused node back to its initial state, forget what was heard so far, and let it go on."""
-        self._reset.call_async(Trigger.Request()).add_done_callback(self._go_on)
-
-    def _go_on(self, _: Future) -> None:
-        for heard in (self.orientations, self._rates, self._arrivals_ns, self._commands, self.diagnostics):
-            heard.clear()
-        self._pause.call_async(SetBool.Request(data=False))
+    def _answered(self, client: Client, request: object) -> bool:
+        """Call, and again when no answer comes: one gets lost until the service has discovered its client."""
+        asked, call = self._asked
+        if asked is client and call is not None and call.done():
+            self._asked = (client, None)
+            return True
+        overdue = asked is not client or call is None or time.monotonic() - self._asked_at > ANSWER_WITHIN
+        if overdue and client.service_is_ready():
+            self._asked, self._asked_at = (client, client.call_async(request)), time.monotonic()
+        return False
 
     @property
     def seconds(self) -> float:

@@ -40,9 +40,10 @@ def _draw_error(panel, recording: Recording, target: ArrayLike) -> None:
 
 
 def _mark_start(panel, recording: Recording) -> None:
-    if not len(recording.command_time):
+    """Mark where control begins, unless that is where the picture begins."""
+    start = recording.command_time[0] if len(recording.command_time) else 0.0
+    if start < 0.01 * recording.time[-1]:
         return
-    start = recording.command_time[0]
     panel.axvline(start, color="#666666", linestyle=":", linewidth=1.4)
     panel.annotate(
         "first command",

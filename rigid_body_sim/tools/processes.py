@@ -62,19 +62,53 @@ class Child:
         return next((line.strip() for line in reversed(lines) if line.strip()), "it said nothing")
 
 
+class Children:
+    """The processes that were started, and the signals that end all of them."""
+
+    def __init__(self) -> None:
+        self._running: list[Child] = []
+        self._starting = self._interrupted = False
+
+    def start(self, module: str, arguments: Sequence[str], environment: Mapping[str, str] | None = None) -> Child:
+        """Start a process. A signal in the middle of it waits, so that no process is started and then forgotten."""
+        self._starting = True
+        try:
+            self._running.append(Child(module, arguments, environment))
+        finally:
+            self._starting = False
+        if self._interrupted:
+            raise KeyboardInterrupt
+        return self._running[-1]
+
+    def check(self) -> None:
+        """Raise ChildError when one is no longer there."""
+        for child in self._running:
+            child.check()
+
+    def end(self) -> None:
+        """Ask all to end, and see that they do."""
+        for child in self._running:
+            child.interrupt()
+        for child in self._running:
+            child.reap()
+
+    def on_signal(self, *_) -> None:
+        """Raise KeyboardInterrupt, but not between starting a process and noting it."""
+        self._interrupted = True
+        if not self._starting:
+            raise KeyboardInterrupt
+
+
 @contextlib.contextmanager
-def children() -> Iterator[list[Child]]:
-    """A list for the processes that are started; on leaving, whatever the reason, all of them are ended."""
-    running: list[Child] = []
-    before = {number: signal.signal(number, signal.default_int_handler) for number in STOPPING}
+def children() -> Iterator[Children]:
+    """Processes that can be started; on leaving, whatever the reason, all of them are ended."""
+    running = Children()
+    before = {number: signal.signal(number, running.on_signal) for number in STOPPING}
     try:
         yield running
     finally:
         for number in STOPPING:
             signal.signal(number, signal.SIG_IGN)  # a second Ctrl-C must not leave one behind
-        for child in running:
-            child.interrupt()
-        for child in running:
-            child.reap()
+        running.end()
         for number, handler in before.items():
             signal.signal(number, handler)

@@ -8,22 +8,22 @@ from pathlib import Path
 import pytest
 
 from rigid_body_sim.tools import processes
-from rigid_body_sim.tools.processes import Child, ChildError, children
+from rigid_body_sim.tools.processes import Child, ChildError, Children, children
 
 SOON = 20.0  # s
 
 
-def module(folder: Path, text: str, monkeypatch) -> Child:
+def start(running: Children, folder: Path, text: str, monkeypatch) -> Child:
     (folder / "a_child.py").write_text(text)
     monkeypatch.setenv("PYTHONPATH", f"{folder}{os.pathsep}{os.environ.get('PYTHONPATH', '')}")
-    return Child("a_child", [])
+    return running.start("a_child", [])
 
 
 def test_early_end_is_told_with_the_last_words(tmp_path, monkeypatch):
     with children() as running:
-        running.append(module(tmp_path, "print('first'); raise SystemExit('no such scene')", monkeypatch))
+        child = start(running, tmp_path, "print('first'); raise SystemExit('no such scene')", monkeypatch)
         with pytest.raises(ChildError, match=r"^a_child ended with status 1: no such scene$"):
-            check_until(running[0], time.monotonic() + SOON)
+            check_until(child, time.monotonic() + SOON)
 
 
 @pytest.mark.parametrize("stubborn", (False, True), ids=("ends when asked", "has to be killed"))
@@ -33,12 +33,30 @@ def test_nothing_is_left_behind(tmp_path, monkeypatch, stubborn):
     ready = tmp_path / "ready"
     text = f"import pathlib, signal, time; {ignore}pathlib.Path({str(ready)!r}).touch(); time.sleep(600)"
     with pytest.raises(KeyboardInterrupt), children() as running:
-        running.append(module(tmp_path, text, monkeypatch))
+        child = start(running, tmp_path, text, monkeypatch)
         wait_for(ready, time.monotonic() + SOON)
         os.kill(os.getpid(), signal.SIGTERM)
         time.sleep(SOON)  # cut short by the signal
     with pytest.raises(ProcessLookupError):
-        os.kill(running[0].pid, 0)
+        os.kill(child.pid, 0)
+
+
+def test_signal_while_a_process_is_started_ends_that_process_too(tmp_path, monkeypatch):
+    """It used to be started and never noted: the list got it one statement later."""
+    started = []
+
+    class Slow(Child):
+        def __init__(self, *arguments):
+            super().__init__(*arguments)
+            started.append(self.pid)
+            os.kill(os.getpid(), signal.SIGINT)
+            time.sleep(0.1)  # the signal is handled here, between the start and its note
+
+    monkeypatch.setattr(processes, "Child", Slow)
+    with pytest.raises(KeyboardInterrupt), children() as running:
+        start(running, tmp_path, "import time; time.sleep(600)", monkeypatch)
+    with pytest.raises(ProcessLookupError):
+        os.kill(started[0], 0)
 
 
 def check_until(child: Child, deadline: float) -> None:
