@@ -23,7 +23,6 @@ setup(
     maintainer="rigid_body_sim maintainers",
     maintainer_email="maintainers@example.org",
     packages=find_packages(exclude=["test", "test.*"]),
-    package_data={"": ["py.typed", "*.json", "*.yaml", "*.csv", "*.npz", "*.html", "*.css", "*.js", "*.svg"]},
     data_files=data_files,
     zip_safe=True,
     python_requires=">=3.10",

@@ -1,11 +1,12 @@
 """A rigid body under held wrenches, advanced at a fixed rate: what node, report and tools stand on. No ROS."""
 
 import math
+import operator
 import struct
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from . import integrators
 from .physics import compiled
@@ -21,6 +22,10 @@ _WRENCH_OFFSET = 8 * WRENCH
 
 NANOSECONDS = 1_000_000_000
 HIGHEST_RATE = 1e6  # Hz: beyond it a step is shorter than the call that computes it
+
+
+MOST_AT_ONCE = 1_000_000  # steps in one kernel call, so that Ctrl-C is heard during a long run
+MOST_STEPS_HELD = 1e15
 
 
 class SimulationError(RuntimeError):
@@ -67,16 +72,17 @@ class Simulation:
         gravity: ArrayLike = (0.0, 0.0, 0.0),
         integrator: str = "taylor",
     ):
-        self.rate = float(rate)
-        if not 0.0 < self.rate <= HIGHEST_RATE:
-            raise ValueError(f"rate {self.rate:g} Hz is not between 0 (excluded) and {HIGHEST_RATE:g} Hz")
+        self._rate = float(rate)
+        if not 0.0 < self._rate <= HIGHEST_RATE:
+            raise ValueError(f"rate {self._rate:.9g} Hz is not between 0 (excluded) and {HIGHEST_RATE:g} Hz")
         self.integrator = integrators.get(integrator)
-        self.body = body
-        self.gravity = np.array(three_finite(gravity, "gravity"))
+        self._body = body
+        self._gravity = np.array(three_finite(gravity, "gravity"))
+        self._gravity.flags.writeable = False
         self.initial_state = State() if state is None else state
         self.steps = 0
-        self._h = 1.0 / self.rate
-        self._rate_ratio = self.rate.as_integer_ratio()
+        self._h = 1.0 / self._rate
+        self._rate_ratio = self._rate.as_integer_ratio()
         self._work = np.zeros(self.integrator.work_size)
         self._out = np.zeros(flat.OUT_SIZE)
         model = new_model(self.body, self.gravity, Wrench())
@@ -100,12 +106,27 @@ class Simulation:
             integrator=name,
         )
 
+    @property
+    def body(self) -> Body:
+        """The body that is simulated."""
+        return self._body
+
+    @property
+    def gravity(self) -> NDArray:
+        """Acceleration of free fall [m/s²], world axes, shape (3,)."""
+        return self._gravity
+
+    @property
+    def rate(self) -> float:
+        """Steps a second of simulated time [Hz]."""
+        return self._rate
+
     # Time -------------------------------------------------------------------------------------------------------------
 
     @property
     def time(self) -> float:
         """Simulated time [s]."""
-        return self.steps / self.rate
+        return self.steps / self._rate
 
     @property
     def time_ns(self) -> int:
@@ -135,13 +156,19 @@ class Simulation:
         self.set_wrench(Wrench())
 
     def step(self, n: int = 1) -> None:
-        """Advance by n steps.
+        """Advance by n steps. Raises ValueError for n below 0 and TypeError for anything but a whole number.
 
         Raises SimulationError when a step would leave the range of finite numbers, or spins too fast to be followed;
         the simulation then stays at the last good state, and ``steps`` counts the steps that were done.
         """
+        if type(n) is not int:
+            n = operator.index(n)
+        if n < 0:
+            raise ValueError(f"step({n}): time does not run backwards; give a number of steps of at least 0")
         while n > 0:
-            held = n if self._expiry is None else min(n, self._expiry - self.steps)
+            held = min(n, MOST_AT_ONCE)
+            if self._expiry is not None:
+                held = min(held, self._expiry - self.steps)
             done = self._steps_kernel(self._state, self._model, self._work, self._h, held)
             self.steps += done
             if done < held:
@@ -190,9 +217,12 @@ class Simulation:
         )
 
     def _steps_held(self, hold: float) -> int:
-        if not 0.0 < hold < math.inf:
-            raise ValueError(f"hold {hold:g} s is not a finite time greater than zero; leave it out to hold for ever")
-        return max(1, round(hold * self.rate))
+        if not 0.0 < hold * self._rate <= MOST_STEPS_HELD:
+            raise ValueError(
+                f"hold {hold:g} s is not a time greater than zero and of at most {MOST_STEPS_HELD:g} steps; "
+                "leave it out to hold for ever"
+            )
+        return max(1, round(hold * self._rate))
 
     def _install(self, wrench: Wrench) -> None:
         self._model = new_model(self.body, self.gravity, wrench)

@@ -168,14 +168,36 @@ def test_forces_at_points_can_follow_and_be_followed_by_others():
     assert impulse_received(sim) == 5
 
 
-@pytest.mark.parametrize("hold", [0.0, -1.0, math.nan, math.inf])
+@pytest.mark.parametrize("hold", [0.0, -1.0, math.nan, math.inf, 1e306])
 def test_time_to_hold_that_is_not_positive_and_finite_is_refused_and_changes_nothing(hold):
     sim = simulation()
     sim.set_wrench(PUSH, hold=0.005)
     before = sim.save()
-    with pytest.raises(ValueError, match="is not a finite time greater than zero; leave it out to hold for ever"):
+    with pytest.raises(ValueError, match=r"is not a time greater than zero .*; leave it out to hold for ever"):
         sim.set_wrench(Wrench(), hold=hold)
     assert sim.save() == before
+
+
+@pytest.mark.parametrize(("n", "error"), [(-1, ValueError), (2.7, TypeError), ("3", TypeError)])
+def test_number_of_steps_that_is_none_is_refused_and_changes_nothing(n, error):
+    sim = simulation(MOVING)
+    before = sim.save()
+    with pytest.raises(error):
+        sim.step(n)
+    assert sim.save() == before
+
+
+def test_what_was_given_at_the_start_cannot_be_changed_behind_its_back():
+    sim = simulation()
+    with pytest.raises(AttributeError):
+        sim.rate = 10.0
+    with pytest.raises(ValueError, match="read-only"):
+        sim.gravity[2] = -10.0
+
+
+def test_motion_too_large_for_a_float_is_refused():
+    with pytest.raises(ValueError, match="has a momentum too large for a float"):
+        Simulation(Body(1e200, (1.0, 1.0, 1.0)), State(velocity=(1e200, 0.0, 0.0)))
 
 
 def test_no_steps_change_nothing():

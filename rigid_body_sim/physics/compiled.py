@@ -18,7 +18,7 @@ try:
 except ImportError:
     numba = None
 
-ENABLED = numba is not None and not os.environ.get("RIGID_BODY_SIM_NO_NUMBA")
+ENABLED = numba is not None and os.environ.get("RIGID_BODY_SIM_NO_NUMBA", "0") in ("", "0")
 
 
 def _sources_digest() -> str:
@@ -34,16 +34,17 @@ def _sources_digest() -> str:
 def _cache_folder() -> str | None:
     """A writable folder for compiled kernels, outside the package (which may be read-only); None when there is none."""
     home = os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")
-    for base in (os.environ.get("NUMBA_CACHE_DIR"), home, tempfile.gettempdir()):
-        if not base:
-            continue
-        folder = Path(base) / "rigid_body_sim" / f"kernels-{_sources_digest()}"
+    for base in (os.environ.get("NUMBA_CACHE_DIR"), home, f"{tempfile.gettempdir()}/{os.getuid()}"):
+        folder = Path(base or home, "rigid_body_sim", f"kernels-{_sources_digest()}")
         try:
-            folder.mkdir(parents=True, exist_ok=True)
+            folder.mkdir(mode=0o700, parents=True, exist_ok=True)
             with tempfile.TemporaryFile(dir=folder):
-                return str(folder)
+                pass
         except OSError:
             continue
+        # What lies there is run, so nobody else may have put it there.
+        if folder.stat().st_uid == os.getuid():
+            return str(folder)
     return None
 
 

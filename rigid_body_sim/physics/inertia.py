@@ -5,9 +5,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import rotation
 
-# Moments worked out in double precision, as CAD programs and URDF exporters do, may miss the triangle inequality of a
-# flat body by a few units in the last place of the largest; real mistakes miss it by much more.
-TRIANGLE_TOLERANCE = 1e-12
+# A tensor worked out in double precision, as R I₀ Rᵀ or by a CAD program, may miss symmetry, or the triangle inequality
+# of a flat body, by a few units in the last place of its largest entry; real mistakes miss them by much more.
+ROUND_OFF = 1e-12
 
 
 def as_matrix(inertia: ArrayLike) -> NDArray:
@@ -31,9 +31,9 @@ def as_matrix(inertia: ArrayLike) -> NDArray:
         )
     if not np.isfinite(matrix).all():
         raise ValueError(f"inertia {given.tolist()} has an entry that is not finite; every entry is a number in kg m²")
-    if not np.array_equal(matrix, matrix.T):
+    if np.abs(matrix - matrix.T).max() > ROUND_OFF * np.abs(matrix).max():
         raise ValueError(f"inertia {given.tolist()} is not symmetric; entry (i, j) must equal entry (j, i)")
-    return matrix
+    return matrix / 2 + matrix.T / 2
 
 
 def principal_axes(inertia: NDArray) -> tuple[NDArray, NDArray]:
@@ -63,7 +63,7 @@ def check(inertia: NDArray) -> None:
             f"inertia with principal moments [{shown}] kg m² is not positive definite; "
             "every principal moment of a body with extent is greater than zero"
         )
-    if moments[2] > (moments[0] + moments[1]) * (1.0 + TRIANGLE_TOLERANCE):
+    if moments[2] > (moments[0] + moments[1]) * (1.0 + ROUND_OFF):
         raise ValueError(
             f"inertia with principal moments [{shown}] kg m² breaks the triangle inequality; "
             "no mass distribution has one moment greater than the sum of the other two"

@@ -109,7 +109,7 @@ class BodyState(State):
 
 
 def flatten(state: State, model: NDArray) -> NDArray:
-    """The 26 numbers of a state for the body in ``model`` (see forces.new_model)."""
+    """The 26 numbers of a state for the body in ``model`` (see forces.new_model). Raises ValueError on overflow."""
     flat = np.zeros(SIZE)
     px, py, pz, qw, qx, qy, qz, vx, vy, vz, wx, wy, wz = state.values[:13].tolist()
     cx, cy, cz = model[CENTER_OF_MASS : CENTER_OF_MASS + 3].tolist()
@@ -117,9 +117,13 @@ def flatten(state: State, model: NDArray) -> NDArray:
     ux, uy, uz = qrotate(qw, qx, qy, qz, *cross(wx, wy, wz, cx, cy, cz))
     flat[X : X + 3] = px + rx, py + ry, pz + rz
     flat[Q : Q + 4] = qmultiply(qw, qx, qy, qz, *model[Q_BODY_PRINCIPAL : Q_BODY_PRINCIPAL + 4].tolist())
-    flat[P : P + 3] = model[MASS] * np.array((vx + ux, vy + uy, vz + uz))
-    l_principal = model[MOMENTS : MOMENTS + 3] * to_principal(model, wx, wy, wz)
+    mass = float(model[MASS])
+    flat[P : P + 3] = mass * (vx + ux), mass * (vy + uy), mass * (vz + uz)
+    with np.errstate(over="ignore", invalid="ignore"):
+        l_principal = model[MOMENTS : MOMENTS + 3] * to_principal(model, wx, wy, wz)
     flat[L : L + 3] = qrotate(*flat[Q : Q + 4].tolist(), *l_principal.tolist())
+    if not np.isfinite(flat).all():
+        raise ValueError(f"{state!r} has a momentum too large for a float; give smaller velocities, mass or inertia")
     return flat
 
 

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 ZERO = (0.0, 0.0, 0.0)
+NO_POINTS: tuple[()] = ()
 
 
 class Wrench:
@@ -36,7 +37,7 @@ class Wrench:
         torque_body: Sequence[float] = ZERO,
         force_world: Sequence[float] = ZERO,
         torque_world: Sequence[float] = ZERO,
-        points: Iterable[tuple[Sequence[float], Sequence[float]]] = (),
+        points: Iterable[tuple[Sequence[float], Sequence[float]]] = NO_POINTS,
     ):
         # This runs once per command, at up to 10 kHz: unpacking checks the length, one sum the finiteness.
         try:
@@ -46,15 +47,15 @@ class Wrench:
             ux, uy, uz = torque_world
             values = (fx, fy, fz, tx, ty, tz, gx, gy, gz, ux, uy, uz)
             total = fx + fy + fz + tx + ty + tz + gx + gy + gz + ux + uy + uz
-            finite = total - total == 0.0
-        except (TypeError, ValueError):
+            finite = -math.inf < total < math.inf
+        except (TypeError, ValueError, OverflowError):
             finite = False
         if not finite:
-            self._explain(
+            values = self._read_with_care(
                 force_body=force_body, torque_body=torque_body, force_world=force_world, torque_world=torque_world
             )
         self.values = values
-        self.points = tuple(_point(point, force) for point, force in points) if points else ()
+        self.points = tuple(map(_point, points)) if points is not NO_POINTS else NO_POINTS
 
     @property
     def force_body(self) -> NDArray:
@@ -87,23 +88,28 @@ class Wrench:
         return f"Wrench(force_body={f}, torque_body={t}, force_world={g}, torque_world={u}{points})"
 
     @staticmethod
-    def _explain(**given: Sequence[float]) -> None:
-        """Raise the sentence for the first value that breaks a rule; sums too large for a float break one too."""
-        for name, value in given.items():
-            three_finite(value, name)
-        raise ValueError(f"wrench {given} is too large; the sum of its components must be a finite number")
+    def _read_with_care(**given: Sequence[float]) -> tuple[float, ...]:
+        """The twelve values as floats. Raises the sentence for the first that breaks a rule, or for their sum."""
+        values = tuple(number for name, value in given.items() for number in three_finite(value, name))
+        if not math.isfinite(sum(values)):
+            raise ValueError(f"wrench {given} is too large; the sum of its components must be a finite number")
+        return values
 
 
 def three_finite(value: Sequence[float], name: str) -> tuple[float, float, float]:
     """``value`` as three finite floats. Raises ValueError, naming ``name``, when it is anything else."""
     try:
-        numbers = tuple(float(component) for component in value)
-    except (TypeError, ValueError):
+        numbers = () if isinstance(value, str | bytes) else tuple(float(component) for component in value)
+    except (TypeError, ValueError, OverflowError):
         numbers = ()
     if len(numbers) != 3 or not all(math.isfinite(component) for component in numbers):
         raise ValueError(f"{name} {value!r} must be three finite numbers (x, y, z)")
     return numbers
 
 
-def _point(point: Sequence[float], force: Sequence[float]) -> tuple[tuple[float, ...], tuple[float, ...]]:
+def _point(entry: tuple[Sequence[float], Sequence[float]]) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    try:
+        point, force = entry
+    except (TypeError, ValueError):
+        raise ValueError(f"point {entry!r} must be a pair: where (x, y, z), and the force there (x, y, z)") from None
     return three_finite(point, "point"), three_finite(force, "force at a point")

@@ -33,7 +33,7 @@ def status(
     failure: str,
     wrench_age: float | None,
 ) -> DiagnosticStatus:
-    """ERROR after a step that could not be done, WARN while steps come late or commands are refused, else OK."""
+    """ERROR after a step that could not be done, WARN when time slipped or commands were refused, else OK."""
     slipped = (now.slipped_ns - before.slipped_ns) / NANOSECONDS
     refused = now.refused.total() - before.refused.total()
     level, message = DiagnosticStatus.OK, mode
@@ -57,6 +57,7 @@ def status(
         "real-time factor": f"{achieved / simulation.rate:.6f}",
         "late steps": str(now.late_steps),
         "slipped time [s]": f"{now.slipped_ns / NANOSECONDS:.6f}",
+        "wrench held": "yes" if simulation.wrench.points or any(simulation.wrench.values) else "no",
         "wrench age [s]": "none yet" if wrench_age is None else f"{wrench_age:.6f}",
         **{f"refused: {reason}": str(count) for reason, count in sorted(now.refused.items())},
         **_motion(simulation),

@@ -40,9 +40,12 @@ class RigidBodyNode(Node):
         self._wrench_step: int | None = None
         self._hold = self.scene["wrench.timeout"] or None
         self._epoch_ns = self.get_clock().now().nanoseconds
+        self._pacer = Pacer(self.simulation.rate, time.monotonic_ns())
+        self._report_due_ns = time.monotonic_ns() + NANOSECONDS
+        self._last_reading = self._reading()
         self._create_outputs()
         self._create_inputs()
-        parameters.refuse_unknown_qos(self)
+        parameters.refuse_undeclared(self)
 
     def _create_outputs(self) -> None:
         overridable = {"qos_profile": QUEUE, "qos_overriding_options": QoSOverridingOptions.with_default_policies()}
@@ -74,9 +77,8 @@ class RigidBodyNode(Node):
         executor = executor_for(self)
         gc.collect()
         gc.freeze()  # what exists now stays; the collector need not look at it again while the loop runs
-        self._pacer = Pacer(self.simulation.rate, time.monotonic_ns())
+        self._pacer.start(time.monotonic_ns())
         self._last_reading = self._reading()
-        self._report_due_ns = time.monotonic_ns() + NANOSECONDS
         self.publish_state()
         self.get_logger().info(f"ready: {self.simulation.describe()}{', paused' if self.paused else ''}")
         while not stop.requested:
@@ -115,6 +117,7 @@ class RigidBodyNode(Node):
         except SimulationError as failure:
             self.failure = str(failure)
             self.get_logger().error(f"stopped; ~/reset starts afresh: {failure}")
+            self.publish_state()
             return False
         return True
 
@@ -187,8 +190,10 @@ class RigidBodyNode(Node):
 
     def _on_pause(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
         word = "paused" if request.data else "running"
-        response.success = True
+        response.success = request.data or not self.failure
         response.message = f"already {word}" if self.paused == request.data else word
+        if not response.success:
+            response.message = f"stopped; ~/reset starts afresh: {self.failure}"
         if self.paused and not request.data:
             self._pacer.start(time.monotonic_ns())
         self.paused = request.data

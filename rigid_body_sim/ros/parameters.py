@@ -1,23 +1,19 @@
 """The schema's parameters as ROS parameters of a node."""
 
-import difflib
 from typing import Any
 
 from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor, SetParametersResult
 from rclpy.node import Node
 from rclpy.parameter import Parameter
-from rclpy.qos import DurabilityPolicy, HistoryPolicy, ReliabilityPolicy
 
 from ..scene import schema
 from ..scene.loader import Scene
 
-# Names that belong to ROS itself and may be given to any node.
-_ROS_OWN = ("use_sim_time", "start_type_description_service")
 _QOS = "qos_overrides."
 _QOS_CHOICES = {
-    "durability": DurabilityPolicy.short_keys(),
-    "history": HistoryPolicy.short_keys(),
-    "reliability": ReliabilityPolicy.short_keys(),
+    "durability": ("system_default", "transient_local", "volatile"),
+    "history": ("system_default", "keep_last", "keep_all"),
+    "reliability": ("system_default", "reliable", "best_effort"),
 }
 
 _USE_SIM_TIME = (
@@ -48,7 +44,7 @@ def _given(node: Node) -> dict[str, Any]:
     for name, parameter in node._parameter_overrides.items():
         if name.startswith(_QOS):
             _check_qos(name, parameter.value)
-        elif name not in _ROS_OWN:
+        elif not schema.belongs_to_ros(name):
             value = parameter.value
             given[name] = value if isinstance(value, str | bool | int | float) or value is None else list(value)
     return given
@@ -56,20 +52,19 @@ def _given(node: Node) -> dict[str, Any]:
 
 def _check_qos(name: str, value: Any) -> None:
     policy = name.rpartition(".")[2]
-    if policy == "depth" and (isinstance(value, bool) or not isinstance(value, int) or value < 0):
-        raise ValueError(f"parameter {name} = {value!r}: is not a whole number; give one such as 10")
+    if policy == "depth" and (isinstance(value, bool) or not isinstance(value, int) or value < 1):
+        raise ValueError(f"parameter {name} = {value!r}: is not a whole number of at least 1; give one such as 10")
     choices = _QOS_CHOICES.get(policy)
     if choices is not None and value not in choices:
         raise ValueError(f"parameter {name} = {value!r}: is not allowed; give one of {', '.join(choices)}")
 
 
-def refuse_unknown_qos(node: Node) -> None:
-    """Raise ValueError for a qos_overrides parameter that no publisher or subscription of the node has declared."""
+def refuse_undeclared(node: Node) -> None:
+    """Raise ValueError for a parameter given to ``node`` that it has not declared, QoS overrides included."""
+    declared = sorted(node._parameters)
     for name in node._parameter_overrides:
-        if name.startswith(_QOS) and not node.has_parameter(name):
-            known = sorted(known for known in node._parameters if known.startswith(_QOS))
-            nearest = difflib.get_close_matches(name, known, n=1, cutoff=0.0)[0]
-            raise ValueError(f"parameter {name} is not known; did you mean {nearest}?")
+        if name not in declared:
+            raise ValueError(schema.unknown(name, name, declared))
 
 
 def _descriptor(name: str) -> ParameterDescriptor:

@@ -51,7 +51,7 @@ def run(name: str, make_node: Callable[[], Runnable], stop: StopRequest, args: l
     try:
         _init(args)
         node = make_node()
-    except (ValueError, NameValidationException, ParameterException) as reason:
+    except (ValueError, RuntimeError, NameValidationException, ParameterException) as reason:
         print(f"{name}: {' '.join(str(reason).split())}", file=sys.stderr)
         rclpy.try_shutdown()
         return 1
@@ -71,8 +71,9 @@ def _init(args: list[str] | None) -> None:
         rclpy.init(args=args, signal_handler_options=rclpy.SignalHandlerOptions.NO)
     except RuntimeError as reason:
         text = re.sub(r",? at /\S+:\d+", "", str(reason))
+        is_content = "params file" in text and "opening YAML file" not in text
         hint = (
             "; a parameter file has '/**:' with 'ros__parameters:' below it, a value for every name, "
             "and numbers of one kind in an array (0.0, not 0)"
         )
-        raise ValueError(text + (hint if "params file" in text else "")) from None
+        raise ValueError(text + (hint if is_content else "")) from None

@@ -34,6 +34,9 @@ class Frame:
         return Wrench(force_body=f_body.tolist(), torque_body=about_origin.tolist())
 
 
+MOST_STEPS_PER_PUBLISH = 1e9
+
+
 class Scene:
     """Checked parameters by dotted name, ``scene["body.mass"]``, and what they describe.
 
@@ -74,6 +77,11 @@ class Scene:
         rate, publish_rate = self["rate"], self["publish_rate"]
         if publish_rate == 0.0:
             return 1
+        if rate / publish_rate > MOST_STEPS_PER_PUBLISH:
+            raise ValueError(
+                f"parameter publish_rate = {publish_rate:g}: is too low for rate = {rate:g} Hz; "
+                f"give 0 (every step) or at least {rate / MOST_STEPS_PER_PUBLISH:g}"
+            )
         steps = round(rate / publish_rate)
         if steps < 1 or abs(steps * publish_rate - rate) > 1e-5 * rate:
             nearest = rate / max(1, steps)
@@ -109,7 +117,8 @@ def load_scene(path: str | os.PathLike[str]) -> Scene:
     """
     with open(path, encoding="utf-8") as file:
         try:
-            return Scene(parameters_in(yaml.load(file, Loader=_StrictLoader)))
+            given = parameters_in(yaml.load(file, Loader=_StrictLoader))
+            return Scene({name: value for name, value in given.items() if not schema.belongs_to_ros(name)})
         except (yaml.YAMLError, ValueError) as reason:
             raise ValueError(f"{os.fspath(path)}: {' '.join(str(reason).split())}") from None
         except RecursionError:
@@ -123,7 +132,10 @@ def parameters_in(document: Any) -> dict[str, Any]:
     (section,) = document.values()
     if not isinstance(section, Mapping) or set(section) != {"ros__parameters"}:
         raise ValueError("the node section of a scene file holds 'ros__parameters:' and nothing beside it")
-    return _flatten(section["ros__parameters"] or {}, "")
+    parameters = section["ros__parameters"]
+    if parameters is not None and not isinstance(parameters, Mapping):
+        raise ValueError(f"'ros__parameters:' holds {parameters!r}; it needs names with values below it")
+    return _flatten(parameters or {}, "")
 
 
 def _flatten(tree: Any, prefix: str) -> dict[str, Any]:
@@ -139,7 +151,7 @@ def _flatten(tree: Any, prefix: str) -> dict[str, Any]:
 
 
 class _StrictLoader(yaml.SafeLoader):
-    """YAML as ROS reads it: no key twice, no aliases, and 1e-3 is a number (PyYAML takes it for a text)."""
+    """YAML without surprises: no key twice, no aliases, and 1e-3 is a number (PyYAML takes it for a text)."""
 
     def compose_node(self, parent: yaml.Node | None, index: Any) -> yaml.Node | None:
         if self.check_event(yaml.AliasEvent):

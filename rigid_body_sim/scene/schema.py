@@ -76,15 +76,17 @@ class Parameter:
         )
         if not in_range:
             raise ValueError(f"is out of range; give a number that is {self.rule}")
-        if self.type is str and not value:
+        if self.type is str and not value.strip():
             raise ValueError(f"is empty; give a name such as {self.default!r}")
+        if self.type is str and value.startswith("/"):
+            raise ValueError(f"begins with '/', as no name in ROS 2 does; give {value.lstrip('/')!r}")
 
 
 _ZERO = (0.0, 0.0, 0.0)
 _NO_TURN = (1.0, 0.0, 0.0, 0.0)
 
 TABLE: tuple[Parameter, ...] = (
-    Parameter("rate", float, 1000.0, "Steps a second of simulated time.", "Hz", above=0.0, most=1e6),
+    Parameter("rate", float, 1000.0, "Steps a second of simulated time.", "Hz", least=1e-3, most=1e6),
     Parameter(
         "publish_rate",
         float,
@@ -106,6 +108,7 @@ TABLE: tuple[Parameter, ...] = (
         "A command acts this long (simulated time), then zero; 0 = for ever.",
         "s",
         least=0.0,
+        most=1e9,
     ),
     Parameter("wrench.frame", str, "body", "Frame of commands whose frame_id is empty.", choices=("body", "world")),
     Parameter("body.frame_id", str, "base_link", "Name of the body frame in headers."),
@@ -151,8 +154,18 @@ def find(name: str) -> Parameter:
     pattern = f"frames.<name>.{parts[2]}" if len(parts) == 3 and parts[0] == "frames" and parts[1] else name
     if pattern in BY_NAME and "<name>" not in name:
         return BY_NAME[pattern]
-    nearest = difflib.get_close_matches(pattern, BY_NAME, n=1, cutoff=0.0)[0]
-    raise ValueError(f"parameter {name} is not known; did you mean {nearest}?")
+    raise ValueError(unknown(name, pattern, BY_NAME))
+
+
+def unknown(name: str, pattern: str, known: Iterable[str]) -> str:
+    """The sentence for a parameter ``name`` that is not known, with the known one nearest to ``pattern``."""
+    nearest = difflib.get_close_matches(pattern, known, n=1, cutoff=0.5)
+    return f"parameter {name} is not known; {f'did you mean {nearest[0]}?' if nearest else 'see docs/interface.md'}"
+
+
+def belongs_to_ros(name: str) -> bool:
+    """Whether ``name`` is a parameter that ROS itself has on every node, and no scene speaks of."""
+    return name in ("use_sim_time", "start_type_description_service") or name.startswith("qos_overrides.")
 
 
 def defaults() -> dict[str, Any]:
@@ -176,4 +189,7 @@ def read(given: Mapping[str, Any]) -> dict[str, Any]:
 def _number(value: Any, example: Any) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float):
         raise ValueError(f"{value!r} is not a number; give a value such as {example}")
-    return float(value)
+    try:
+        return float(value)
+    except OverflowError:
+        raise ValueError("is too large; give a number below 1e308") from None

@@ -56,4 +56,5 @@ def _speed_text(diagnostics: list[dict[str, str]]) -> str:
     rate, factor = (
         np.mean([float(report[key]) for report in reports]) for key in ("achieved rate [Hz]", "real-time factor")
     )
-    return f"{rate:.2f} steps/s, real-time factor {factor:.5f}, {reports[-1]['late steps']} steps late"
+    late = reports[-1]["late steps"]
+    return f"{rate:.2f} steps/s, real-time factor {factor:.5f}, {late} steps taken together with the next"

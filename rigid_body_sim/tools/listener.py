@@ -17,6 +17,7 @@ from ..scene.loader import Scene
 from .recording import NANOSECONDS, Recording
 
 ANSWER_WITHIN = 1.0  # s
+PAUSE = 0.1  # s between two calls
 QUEUE = 1000  # ten seconds of poses: a slow terminal must not cost one
 
 
@@ -58,7 +59,8 @@ class Listener(Node):
         if asked is client and call is not None and call.done():
             self._asked = (client, None)
             return True
-        overdue = asked is not client or call is None or time.monotonic() - self._asked_at > ANSWER_WITHIN
+        waited = time.monotonic() - self._asked_at
+        overdue = asked is not client or waited > (PAUSE if call is None else ANSWER_WITHIN)
         if overdue and client.service_is_ready():
             self._asked, self._asked_at = (client, client.call_async(request)), time.monotonic()
         return False

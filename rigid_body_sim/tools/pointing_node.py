@@ -9,6 +9,7 @@ from rclpy.node import Node
 
 from ..physics import rotation
 from ..ros.executor import executor_for
+from ..ros.parameters import refuse_undeclared
 from ..ros.program import StopRequest
 from .control import PointingLaw, pointing_law
 
@@ -36,6 +37,7 @@ class PointingController(Node):
         self.law: PointingLaw = pointing_law(**values)
         self.law.torque(self.law.target, np.zeros(3))  # compiles what it calls: the first answer must not come late
         self._steady_clock = Clock(clock_type=ClockType.STEADY_TIME)
+        refuse_undeclared(self)
         self._waiting: dict[tuple[type, int], PoseStamped | TwistStamped] = {}
         self._publisher = self.create_publisher(WrenchStamped, "wrench", QUEUE)
         self.create_subscription(PoseStamped, "pose", self._on_message, QUEUE)

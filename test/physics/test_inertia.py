@@ -122,3 +122,14 @@ def test_principal_axes_are_those_nearest_to_the_body_axes():
     found, q = inertia.principal_axes(turned((3.0, 1.0, 2.5), tilt))
     assert_allclose(q, tilt, rtol=0, atol=1e-14)  # measured 1.1e-16
     assert_allclose(found, (3.0, 1.0, 2.5), rtol=0, atol=1e-14)  # measured 8.9e-16
+
+
+def test_tensor_turned_in_floating_point_is_symmetric_enough():
+    """R I₀ Rᵀ misses symmetry by an ulp or so: measured up to 5e-17 here."""
+    R = rotation.to_matrix((0.3, -0.5, 0.2, 0.8))
+    turned = R @ np.diag((0.1, 0.2, 0.25)) @ R.T
+    turned[0, 1] += 2e-17
+    matrix = inertia.as_matrix(turned)
+    assert (matrix == matrix.T).all()
+    with pytest.raises(ValueError, match="not symmetric"):
+        inertia.as_matrix(turned + np.triu(np.full((3, 3), 1e-9), 1))

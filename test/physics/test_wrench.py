@@ -1,7 +1,9 @@
 """Held wrenches and the rules for their numbers."""
 
 import math
+from decimal import Decimal
 
+import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
 
@@ -71,3 +73,26 @@ def test_wrenches_are_equal_when_all_their_parts_are():
 def test_wrench_shown_can_be_typed_in_again():
     wrench = Wrench((1, 2, 3), (4, 5, 6), (7, 8, 9), (1, 1, 1), [((0.1, 0.2, 0.3), (4, 5, 6))])
     assert eval(repr(wrench)) == wrench
+
+
+@pytest.mark.parametrize(
+    "force",
+    [np.eye(3), "123", (1j, 0.0, 0.0), (10**400, 0, 0), 5.0, None],
+    ids=["matrix", "text", "complex", "huge", "number", "none"],
+)
+def test_force_that_is_none_is_refused_by_its_name(force):
+    with pytest.raises(ValueError, match=r"(?s)force_body .* must be three finite numbers"):
+        Wrench(force_body=force)
+
+
+def test_numbers_of_other_types_are_taken():
+    assert Wrench(force_body=(Decimal("0.5"), 1, np.float32(2))).values[:3] == (0.5, 1.0, 2.0)
+
+
+def test_points_may_be_an_array():
+    assert Wrench(points=np.ones((2, 2, 3))).points == (((1.0, 1.0, 1.0), (1.0, 1.0, 1.0)),) * 2
+
+
+def test_point_without_a_force_is_refused():
+    with pytest.raises(ValueError, match="must be a pair"):
+        Wrench(points=[(1.0, 2.0, 3.0)])

@@ -41,6 +41,14 @@ REFUSED = {
         {"use_sim_time": 3},
         "parameter 'use_sim_time' to '3' of type 'INTEGER', expecting type 'BOOL'",
     ),
+    "QoS that no topic can have": (
+        {"qos_overrides./wrench.subscription.history": "unknown"},
+        "qos_overrides./wrench.subscription.history = 'unknown': is not allowed; give one of system_default, keep_last",
+    ),
+    "QoS of a misspelt topic": (
+        {"qos_overrides./pos.publisher.depth": 5},
+        "parameter qos_overrides./pos.publisher.depth is not known; did you mean qos_overrides./pose.publisher.depth?",
+    ),
     "bad QoS": (
         {"qos_overrides./pose.publisher.reliability": "sometimes"},
         "qos_overrides./pose.publisher.reliability",

@@ -209,6 +209,8 @@ def test_step_that_cannot_be_done_stops_a_running_node_until_reset(running):
     assert all(np.isfinite(values).all() for values in (track.position, track.orientation, track.linear, track.angular))
     last = track.stamp_ns[-1]
     assert "cannot be done" in running.call("step").message
+    answer = running.pause(False)
+    assert not answer.success and "~/reset starts afresh" in answer.message  # not "running", which it is not
     answer = running.call("reset")
     assert answer.success
     running.clear()

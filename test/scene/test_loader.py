@@ -78,7 +78,7 @@ BAD = {  # the text of a file, and what the message must say
     "no ros__parameters": ("/**:\n  rate: 1.0\n", "holds 'ros__parameters:' and nothing beside it"),
     "something beside": ("/**:\n  ros__parameters: {}\n  rate: 1.0\n", "and nothing beside it"),
     "section is a number": ("/**: 1\n", "and nothing beside it"),
-    "parameters are a list": ("/**:\n  ros__parameters: [1, 2]\n", "is not known"),
+    "parameters are a list": ("/**:\n  ros__parameters: [1, 2]\n", "needs names with values below it"),
     "not YAML": ("/**: [\n", "expected"),
     "python object": ("/**: !!python/object/apply:os.getcwd []\n", "could not determine a constructor"),
     "key that is no text": ("/**:\n  ros__parameters:\n    ? [1, 2]\n    : 3\n", "."),

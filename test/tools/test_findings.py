@@ -27,7 +27,7 @@ def test_table_says_what_was_heard(recording):
     rows = findings.table(recording, SCENE, TARGET, [REPORT, REPORT])
     assert rows["pointing error"].startswith("73.7 deg (1.29 rad) after 0.1 s")  # 2 acos 0.8
     assert rows["poses"].startswith("5 with their twists, 1 missing, stamps every 10 ms to 0 ns")
-    assert rows["speed"] == "999.50 steps/s, real-time factor 0.99950, 3 steps late"
+    assert rows["speed"] == "999.50 steps/s, real-time factor 0.99950, 3 steps taken together with the next"
     assert rows["energy mismatch"].startswith("0.0e+00 J")
 
 

@@ -38,7 +38,12 @@ def test_ends_when_asked(number):
 
 @pytest.mark.parametrize(
     ("setting", "reason"),
-    (("target:=[1,0,0,0]", "such as 1.0"), ("max_torque:=-1.0", "greater than zero"), ("inertia:=[1.0]", "shape")),
+    (
+        ("target:=[1,0,0,0]", "expecting type"),
+        ("targt:=[1.0,0.0,0.0,0.0]", "did you mean target?"),
+        ("max_torque:=-1.0", "greater than zero"),
+        ("inertia:=[1.0]", "shape"),
+    ),
 )
 def test_useless_parameter_is_one_sentence(setting, reason):
     controller = start(setting)
