@@ -31,7 +31,7 @@ from ..physics.forces import (
     torque_principal,
 )
 from ..physics.rotation import cross, qmultiply, qrotate, qrotate_back
-from ..physics.state import SIZE, L, P, Q, X, add_compensated, is_finite
+from ..physics.state import SIZE, L, P, Q, X, add_compensated, copy, is_finite
 from .base import Integrator
 
 HIGHEST_ORDER = 24
@@ -56,11 +56,9 @@ def steps(state, model, work, h, n):
     """Advance by up to n steps of h [s]; see base.Integrator."""
     reduce_wrench(model)
     for done in range(n):
-        for i in range(SIZE):
-            work[_BACKUP + i] = state[i]
+        copy(state, 0, work, _BACKUP)
         if not _step(state, model, work, h):
-            for i in range(SIZE):
-                state[i] = work[_BACKUP + i]
+            copy(work, _BACKUP, state, 0)
             return done
     return n
 

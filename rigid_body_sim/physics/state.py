@@ -184,6 +184,13 @@ def add_to_attitude(state, dw, dx, dy, dz):
 
 
 @kernel
+def copy(source, at, target, to):
+    """Copy the 26 numbers of a state from source[at:] to target[to:]."""
+    for i in range(SIZE):
+        target[to + i] = source[at + i]
+
+
+@kernel
 def is_finite(state):
     """Whether all 13 numbers are finite: x − x is 0 for those and NaN for infinities and NaN."""
     total = 0.0

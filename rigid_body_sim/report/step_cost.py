@@ -1,4 +1,4 @@
-"""What a step costs: the kernels alone, and a command, a step and a pose read back from Python.
+"""What a step costs: the kernels alone, and a command, a step and a pose from Python, beside other simulators.
 
 All figures of one line come from one run in which the candidates take turns, so that they see the same machine. A
 figure is the median over rounds; times on a shared machine drift, the ratios do not.
@@ -9,6 +9,8 @@ import statistics
 import sys
 import time
 from collections.abc import Callable
+
+import numpy as np
 
 from .. import integrators
 from ..physics import compiled
@@ -21,6 +23,8 @@ ROUNDS = 60
 STEPS = 2000
 TURN = 0.01  # h |ω| [rad]: how far the body turns in a step
 SPIN = (1.0, 1.0, 0.5)  # rad/s
+MOMENTS = (0.1, 0.2, 0.25)  # kg m²
+GRAVITY = (0.0, 0.0, -9.80665)  # m/s²
 SMALL = 1e-4  # so that 2000 steps do not change the spin
 
 _FORCE, _TORQUE = (1.0, 2.0, 3.0), (SMALL, 2 * SMALL, SMALL)
@@ -46,10 +50,9 @@ def seconds(work: Callable[[], object]) -> float:
 def kernel_costs(wrench: Wrench) -> dict[str, list[float]]:
     """Time per step [s] of each integrator's kernel, in each round, for a spinning body under ``wrench``."""
     rate = sum(w * w for w in SPIN) ** 0.5 / TURN
-    body, state = Body(2.0, (0.1, 0.2, 0.25)), State(orientation=(1.0, 2.0, 3.0, 4.0), angular_velocity=SPIN)
+    body, state = Body(2.0, MOMENTS), State(orientation=(1.0, 2.0, 3.0, 4.0), angular_velocity=SPIN)
     simulations = {
-        name: Simulation(body, state, rate=rate, gravity=(0.0, 0.0, -9.80665), integrator=name)
-        for name in integrators.REGISTRY
+        name: Simulation(body, state, rate=rate, gravity=GRAVITY, integrator=name) for name in integrators.REGISTRY
     }
     costs: dict[str, list[float]] = {name: [] for name in simulations}
     for _ in range(ROUNDS):
@@ -60,28 +63,87 @@ def kernel_costs(wrench: Wrench) -> dict[str, list[float]]:
     return costs
 
 
-def cycle_costs() -> dict[str, list[float]]:
-    """Time [s] of one new wrench, one step and one pose read back, in each round, and of its parts."""
-    simulation = Simulation(Body(2.0, (0.1, 0.2, 0.25)), State(angular_velocity=SPIN), gravity=(0.0, 0.0, -9.80665))
+def cycles() -> dict[str, Callable[[], object]]:
+    """One new wrench, one step and one pose read back: here, in its parts, and in other simulators where installed."""
+    simulation = Simulation(Body(2.0, MOMENTS), State(angular_velocity=SPIN), gravity=GRAVITY)
     force, torque = (0.01, 0.0, 0.0), (SMALL, 0.0, 0.0)
     held = Wrench(force, torque)
 
-    def cycle() -> None:
+    def cycle() -> tuple[float, ...]:
         simulation.set_wrench(Wrench(force, torque))
         simulation.step()
-        simulation.pose  # noqa: B018 - reading it is what is timed
+        return simulation.pose
 
-    parts: dict[str, Callable[[], object]] = {
-        "whole cycle": cycle,
-        "Wrench(...)": lambda: Wrench(force, torque),
-        "set_wrench": lambda: simulation.set_wrench(held),
-        "step": simulation.step,
-        "pose": lambda: simulation.pose,
-    }
     return {
-        name: [seconds(lambda part=part: [part() for _ in range(STEPS)]) / STEPS for _ in range(ROUNDS)]
-        for name, part in parts.items()
+        "whole cycle": cycle,
+        "  Wrench(...)": lambda: Wrench(force, torque),
+        "  set_wrench": lambda: simulation.set_wrench(held),
+        "  step": simulation.step,
+        "  pose": lambda: simulation.pose,
+        **_mujoco_cycles(),
+        **_pinocchio_cycle(),
     }
+
+
+def _mujoco_cycles() -> dict[str, Callable[[], object]]:
+    """MuJoCo with its two explicit integrators, driven by xfrc_applied, as its users do."""
+    try:
+        import mujoco
+    except ImportError:
+        return {}
+    made = {}
+    for integrator in ("Euler", "RK4"):
+        model = mujoco.MjModel.from_xml_string(_MUJOCO_BODY.format(integrator=integrator))
+        data = mujoco.MjData(model)
+        data.qvel[3:] = SPIN
+        made[f"MuJoCo {integrator}"] = _mujoco_cycle(mujoco.mj_step, model, data)
+    return made
+
+
+_MUJOCO_BODY = """<mujoco><option timestep="0.001" gravity="0 0 -9.80665" integrator="{integrator}"/><worldbody><body>
+<freejoint/><inertial pos="0 0 0" mass="2" diaginertia="0.1 0.2 0.25"/></body></worldbody></mujoco>"""
+
+
+def _mujoco_cycle(mj_step: Callable, model: object, data: object) -> Callable[[], object]:
+    wrench = np.array((0.01, 0.0, 0.0, SMALL, 0.0, 0.0))
+
+    def cycle() -> object:
+        data.xfrc_applied[1] = wrench
+        mj_step(model, data)
+        return data.qpos
+
+    return cycle
+
+
+def _pinocchio_cycle() -> dict[str, Callable[[], object]]:
+    """Pinocchio: forward dynamics (aba) and its integration of the configuration, semi-implicit Euler."""
+    try:
+        import pinocchio
+    except ImportError:
+        return {}
+    model = pinocchio.Model()
+    model.addJoint(0, pinocchio.JointModelFreeFlyer(), pinocchio.SE3.Identity(), "body")
+    inertia = pinocchio.Inertia(2.0, np.zeros(3), np.diag(MOMENTS))
+    model.appendBodyToJoint(1, inertia, pinocchio.SE3.Identity())
+    data, wrench = model.createData(), np.array((0.01, 0.0, 0.0, SMALL, 0.0, 0.0))
+    state = [pinocchio.neutral(model), np.array((0.0, 0.0, 0.0, *SPIN))]
+
+    def cycle() -> object:
+        state[1] = state[1] + 1e-3 * pinocchio.aba(model, data, *state, wrench)
+        state[0] = pinocchio.integrate(model, state[0], 1e-3 * state[1])
+        return state[0]
+
+    return {"Pinocchio aba, integrate": cycle}
+
+
+def cycle_costs() -> dict[str, list[float]]:
+    """Time [s] of each of ``cycles``, in each round."""
+    costs: dict[str, list[float]] = {}
+    parts = cycles()
+    for _ in range(ROUNDS):
+        for name, part in parts.items():
+            costs.setdefault(name, []).append(seconds(lambda part=part: [part() for _ in range(STEPS)]) / STEPS)
+    return costs
 
 
 def main() -> int:
@@ -96,7 +158,7 @@ def main() -> int:
         )
         ratio = statistics.median(a / b for a, b in zip(costs["taylor"], costs["rk4"], strict=True))
         print(f"  {what:26s} {shown}   {ratio:.2f}")
-    print("\nFrom Python, µs: median (smallest)")
+    print("\nOne new wrench, one step and one pose read back, from Python, µs: median (smallest)")
     for name, cost in cycle_costs().items():
         print(f"  {name:26s} {1e6 * statistics.median(cost):6.2f} ({1e6 * min(cost):.2f})")
     return 0

@@ -85,8 +85,8 @@ def _seconds(text: str) -> float:
         value = float(text)
     except ValueError:
         value = math.nan
-    if not 0.0 < value < math.inf:
-        raise argparse.ArgumentTypeError(f"{text} is not a finite number of seconds greater than zero")
+    if not 1.0 <= value < math.inf:
+        raise argparse.ArgumentTypeError(f"{text} is not a finite number of seconds of at least 1")
     return value
 
 
