@@ -27,14 +27,15 @@ def of_mesh(
         Indices of corners, counter-clockwise seen from outside. Holes inside the solid are surfaces too, seen from the
         material.
 
-    A surface that cuts through itself is not noticed: what lies inside twice counts twice.
+    A surface that cuts through itself is not noticed: what lies inside twice counts twice. So is a part that is inside
+    out and happens to lie in the box around another one: it is taken for a hole.
 
     Raises
     ------
     ValueError
         One sentence for each: wrong shapes, corners that are not finite, indices of no corner, a triangle that has a
         corner twice, an open surface, an edge of more than two triangles, triangles of opposite orientation side by
-        side, a surface that is inside out or encloses nothing, mass and density both given or both missing.
+        side, a surface or part of one that is inside out, no volume, mass and density both given or both missing.
     """
     corners, indices = _checked(vertices, triangles)
     _check_edges(indices)
@@ -43,6 +44,7 @@ def of_mesh(
     volumes, tetrahedra = _tetrahedra(corners - middle, indices)
     volume = volumes.sum()
     _check_volume(volume, tetrahedra)
+    _check_parts(indices, volumes, corners)
     from_middle = volumes @ tetrahedra.sum(axis=1) / (4.0 * volume)
     total = mass_of(volume, mass, density)
     volumes, tetrahedra = _tetrahedra(corners - middle - from_middle, indices)
@@ -86,8 +88,9 @@ def _checked(vertices: ArrayLike, triangles: ArrayLike) -> tuple[NDArray, NDArra
 def _check_edges(indices: NDArray) -> None:
     """Every edge of a closed surface belongs to two triangles, which run along it in opposite directions."""
     edges = np.concatenate((indices[:, :2], indices[:, 1:], indices[:, (2, 0)]))
-    ends, which, count = np.unique(np.sort(edges, axis=1), axis=0, return_inverse=True, return_counts=True)
-    forward = np.bincount(which.ravel(), weights=edges[:, 0] < edges[:, 1])
+    low, high = edges.min(axis=1), edges.max(axis=1)
+    keys, which, count = np.unique(low * (indices.max() + 1) + high, return_inverse=True, return_counts=True)
+    forward = np.bincount(which, weights=edges[:, 0] < edges[:, 1])
     for wrong, reason in (
         (count == 1, "is open: {n} edges belong to one triangle only, such as that of vertices {edge}; close it"),
         (count > 2, "is not a surface: {n} edges belong to more than two triangles, such as that of vertices {edge}"),
@@ -95,7 +98,38 @@ def _check_edges(indices: NDArray) -> None:
          "same way; all must be counter-clockwise seen from outside"),
     ):  # fmt: skip
         if wrong.any():
-            raise ValueError("mesh " + reason.format(n=wrong.sum(), edge=tuple(ends[wrong][0].tolist())))
+            edge = divmod(int(keys[wrong][0]), int(indices.max()) + 1)
+            raise ValueError("mesh " + reason.format(n=wrong.sum(), edge=edge))
+
+
+def _check_parts(indices: NDArray, volumes: NDArray, corners: NDArray) -> None:
+    """A closed part that is inside out must be a hole: it lies in the box around a part that is not."""
+    names, part = np.unique(_parts(indices, len(corners)), return_inverse=True)
+    volume = np.bincount(part, weights=volumes)
+    low, high = np.full((len(names), 3), np.inf), np.full((len(names), 3), -np.inf)
+    np.minimum.at(low, part, corners[indices].min(axis=1))
+    np.maximum.at(high, part, corners[indices].max(axis=1))
+    solid = volume > 0.0
+    for k in np.flatnonzero(volume < -_FLAT * volume.sum()):
+        if not ((low[solid] <= low[k]) & (high[k] <= high[solid])).all(axis=1).any():
+            raise ValueError(
+                f"mesh is inside out where vertex {names[k]} is: that part has the volume {volume[k]:.6g} m³ and is no "
+                "hole in another; its triangles must be counter-clockwise seen from outside"
+            )
+
+
+def _parts(indices: NDArray, n: int) -> NDArray:
+    """The smallest number of a vertex to which each triangle is connected, shape (m,)."""
+    label = np.arange(n)
+    while True:
+        found = label[indices]
+        lowest = found.min(axis=1)
+        if (found == lowest[:, None]).all():
+            return lowest
+        # A label is the number of a vertex: giving that one the lower label moves all that carry it at once.
+        np.minimum.at(label, found, lowest[:, None])
+        while (label[label] != label).any():
+            label = label[label]
 
 
 def _check_volume(volume: float, tetrahedra: NDArray) -> None:

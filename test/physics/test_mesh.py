@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
 from rigid_body_sim.physics import rotation
-from rigid_body_sim.physics.mass_properties import of_point_masses
-from rigid_body_sim.physics.mesh import of_mesh
+from rigid_body_sim.physics.mass_properties import combine, of_point_masses
+from rigid_body_sim.physics.mesh import _parts, of_mesh
 
 pytestmark = pytest.mark.no_numba
 
@@ -66,6 +66,33 @@ def test_hole_is_a_surface_seen_from_the_material():
     assert_allclose(both.inertia_about((0, 0, 0)), difference, rtol=0, atol=1e-16)  # measured 1.0e-17
 
 
+def test_parts_side_by_side_are_one_thing():
+    two = np.concatenate((TETRAHEDRON, 2.0 + TETRAHEDRON)), np.concatenate((FACES, FACES + 4))
+    one = of_mesh(TETRAHEDRON, FACES, density=3.0)
+    found, expected = of_mesh(*two, density=3.0), combine([one, one.placed((2, 2, 2))])
+    assert found.mass == pytest.approx(expected.mass, rel=1e-15, abs=0)  # measured 0
+    assert_allclose(found.inertia, expected.inertia, rtol=0, atol=1e-14)  # measured 8.9e-16
+
+
+def test_long_strip_is_one_part():
+    """A tube of 2000 rings, numbered so that neighbours are far apart."""
+    n = 2000
+    ring = [(math.cos(a), math.sin(a)) for a in (0.0, 2.1, 4.2)]
+    corners = np.array([(x, y, z) for z in np.linspace(0, 50, n) for x, y in ring])
+    sides = [(3 * k + a, 3 * k + b, 3 * k + 3 + b) for k in range(n - 1) for a, b in ((0, 1), (1, 2), (2, 0))]
+    sides += [(3 * k + a, 3 * k + 3 + b, 3 * k + 3 + a) for k in range(n - 1) for a, b in ((0, 1), (1, 2), (2, 0))]
+    triangles = np.array([*sides, (0, 2, 1), (3 * n - 3, 3 * n - 2, 3 * n - 1)])
+    order = np.random.default_rng(1).permutation(len(corners))
+    shuffled = np.empty_like(corners)
+    shuffled[order] = corners
+    assert set(_parts(order[triangles], len(corners)).tolist()) == {0}
+    (a, b), (c, d) = np.subtract(ring[1], ring[0]), np.subtract(ring[2], ring[0])
+    area = (a * d - b * c) / 2
+    assert of_mesh(shuffled, order[triangles], density=1.0).mass == pytest.approx(
+        50 * area, rel=1e-14, abs=0
+    )  # measured 4.4e-16
+
+
 def test_vertices_that_no_triangle_uses_do_not_matter():
     more = np.concatenate((TETRAHEDRON, [(50, 60, 70)]))
     found = of_mesh(more, FACES, mass=1.0)
@@ -84,6 +111,11 @@ BAD = {  # vertices, triangles, and what the message must say
     "open": (TETRAHEDRON, FACES[:3], r"mesh is open: 3 edges belong to one triangle only, such as .*\(1, 2\)"),
     "inside out": (TETRAHEDRON, FACES[:, ::-1], r"mesh is inside out: its volume is -0\.166667 m³"),
     "one flipped": (TETRAHEDRON, with_flipped(FACES, 1), "mesh turns inside out: at 3 edges"),
+    "one part inside out": (
+        np.concatenate((TETRAHEDRON, 2.0 + TETRAHEDRON / 4)),
+        np.concatenate((FACES, FACES[:, ::-1] + 4)),
+        r"mesh is inside out where vertex 4 is: that part has the volume -0\.00260417 m³ and is no hole",
+    ),
     "fin": (
         np.concatenate((TETRAHEDRON, [(1, 1, 1)])),
         np.concatenate((FACES, [(0, 1, 4), (0, 4, 1)])),
