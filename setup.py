@@ -30,11 +30,12 @@ setup(
     extras_require={
         "ros": ["ros-jazzy-rclpy[fastrtps]", "ros-jazzy-common-interfaces"],
         "fast": ["numba"],
+        "mesh": ["trimesh"],
         "report": ["matplotlib", "tqdm"],
         "bag": ["rosbags"],
         # bsk is Basilisk and pin is Pinocchio; the names "basilisk" and "pinocchio" on PyPI are other projects.
         "peers": ["bsk", "diffrax", "drake", "jax", "mujoco", "pin", "scipy"],
-        "test": ["hypothesis", "mpmath", "pytest", "pytest-timeout", "pytest-xdist", "scipy"],
+        "test": ["hypothesis", "mpmath", "pytest", "pytest-timeout", "pytest-xdist", "scipy", "trimesh"],
     },
     entry_points={
         "console_scripts": [

@@ -36,7 +36,7 @@ class Body:
     """
 
     def __init__(self, mass: float, inertia: ArrayLike, center_of_mass: ArrayLike = (0.0, 0.0, 0.0)):
-        self.mass = _positive(mass, "mass", "kg")
+        self.mass = positive(mass, "mass", "kg")
         self.inertia = inertia_module.as_matrix(inertia)
         inertia_module.check(self.inertia)
         self.center_of_mass = np.array(center_of_mass, float)
@@ -69,7 +69,8 @@ class Body:
         )
 
 
-def _positive(value: float, name: str, unit: str) -> float:
+def positive(value: float, name: str, unit: str) -> float:
+    """``value`` as a float. Raises ValueError, naming it, when it is not a finite number greater than zero."""
     number = float(value)
     if not 0.0 < number < math.inf:
         raise ValueError(f"{name} {number:g} {unit} is not a finite number greater than zero")

@@ -1,4 +1,4 @@
-"""Inertia tensors about the centre of mass: reading, checking, principal axes (theory 2.4)."""
+"""Inertia tensors: reading, checking, principal axes, another attitude or another point (theory 2.4)."""
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -8,6 +8,9 @@ from . import rotation
 # A tensor worked out in double precision, as R I₀ Rᵀ or by a CAD program, may miss symmetry, or the triangle inequality
 # of a flat body, by a few units in the last place of its largest entry; real mistakes miss them by much more.
 ROUND_OFF = 1e-12
+
+# Moments this close, relative to the largest, differ by the round-off of whatever computed the tensor.
+EQUAL_MOMENTS = 1e-14
 
 
 def as_matrix(inertia: ArrayLike) -> NDArray:
@@ -36,19 +39,64 @@ def as_matrix(inertia: ArrayLike) -> NDArray:
     return matrix / 2 + matrix.T / 2
 
 
+def from_second_moment(second_moment: ArrayLike) -> NDArray:
+    """Inertia tensor [kg m²], shape (3, 3), of ``Σ m r rᵀ`` [kg m²], shape (3, 3); theory (2.4.8): tr(S) 1 − S."""
+    S = np.asarray(second_moment, float)
+    S = (S + S.T) / 2.0
+    return np.trace(S) * np.eye(3) - S
+
+
+def of_point_masses(masses: ArrayLike, positions: ArrayLike) -> NDArray:
+    """Inertia tensor [kg m²], shape (3, 3), about the origin of ``positions`` [m], shape (n, 3), and in their axes.
+
+    Theory (2.4.2), (2.4.8) and, in body axes, (2.4.10): Σ m (rᵀr 1 − r rᵀ). ``masses`` [kg] has shape (n,). Raises
+    ValueError for other shapes, a mass that is negative, or a value that is not finite.
+    """
+    m, r = np.asarray(masses, float), np.asarray(positions, float)
+    if m.ndim != 1 or r.shape != (len(m), 3):
+        raise ValueError(f"masses have shape {m.shape} and positions {r.shape}; (n,) and (n, 3) belong together")
+    if not (np.isfinite(m).all() and np.isfinite(r).all() and (m >= 0.0).all()):
+        raise ValueError("a point mass is negative or not finite; masses are at least zero, positions finite")
+    return from_second_moment((m[:, None] * r).T @ r)
+
+
+def turned(inertia: NDArray, q: ArrayLike) -> NDArray:
+    """R I₀ Rᵀ, shape (3, 3): the tensor in the axes to which the quaternion q leads; theory (2.4.11).
+
+    Not one bit changes when q is exactly the identity. Raises ValueError for a quaternion without direction.
+    """
+    R = rotation.to_matrix(q)
+    matrix = R @ inertia @ R.T
+    return (matrix + matrix.T) / 2.0
+
+
+def about_point(inertia: NDArray, mass: float, arm: ArrayLike) -> NDArray:
+    """Tensor (3, 3) about a point at ``arm`` [m] from the centre of mass, from that about the centre of mass.
+
+    The parallel-axis theorem: I + m (aᵀa 1 − a aᵀ), which is theory (2.4.8) for the whole mass at the distance a.
+    """
+    return inertia + of_point_masses([mass], [arm])
+
+
 def principal_axes(inertia: NDArray) -> tuple[NDArray, NDArray]:
     """Principal moments [kg m²], shape (3,), and unit quaternion, shape (4,), principal axes → body; theory (2.4.12).
 
-    ``R(q) diag(moments) R(q)ᵀ`` is the given matrix, shape (3, 3). The axes are right-handed. A matrix that is diagonal
-    keeps its axes and their order, so the quaternion is then exactly (1, 0, 0, 0).
+    ``R(q) diag(moments) R(q)ᵀ`` is the given matrix, shape (3, 3). The axes are right-handed, each next to its body
+    axis. A matrix that is diagonal keeps its axes and their order, so the quaternion is then exactly (1, 0, 0,
+    0). Where two moments are equal to EQUAL_MOMENTS, any axes in their plane would do: those are taken to which the
+    smallest rotation leads that brings a body axis to the third one, and the moments are made equal. Where all three
+    are, the body axes are taken.
     """
     if not (inertia - np.diag(np.diag(inertia))).any():
         return np.diag(inertia).copy(), np.array((1.0, 0.0, 0.0, 0.0))
-    _, axes = np.linalg.eigh(inertia)
-    axes = _nearest_to_body_axes(axes)
-    q_body_principal = rotation.from_matrix(axes)
-    R = rotation.to_matrix(q_body_principal)
-    return np.diag(R.T @ inertia @ R).copy(), q_body_principal
+    moments, axes = np.linalg.eigh(inertia)
+    low, high = np.diff(moments) <= EQUAL_MOMENTS * np.abs(moments).max()
+    if low and high:
+        return np.full(3, np.trace(inertia) / 3.0), np.array((1.0, 0.0, 0.0, 0.0))
+    if low or high:
+        return _symmetric(inertia, axes[:, 2 if low else 0])
+    q_body_principal = rotation.from_matrix(_nearest_to_body_axes(axes))
+    return _moments_along(inertia, q_body_principal), q_body_principal
 
 
 def check(inertia: NDArray) -> None:
@@ -70,9 +118,27 @@ def check(inertia: NDArray) -> None:
         )
 
 
+def _symmetric(inertia: NDArray, axis: NDArray) -> tuple[NDArray, NDArray]:
+    """principal_axes when the moments across ``axis``, shape (3,), are equal: that axis decides everything."""
+    body_axis = int(np.argmax(_weights(axis)))
+    axis = axis * np.sign(axis[body_axis])
+    # The quaternion 1 − n e of unit vectors e and n turns by the angle from e to n, twice that of theory (2.7.14).
+    q_body_principal = rotation.normalize((1.0 + axis[body_axis], *np.cross(np.eye(3)[body_axis], axis)))
+    moments = _moments_along(inertia, q_body_principal)
+    across = np.arange(3) != body_axis
+    moments[across] = moments[across].mean()
+    return moments, q_body_principal
+
+
+def _moments_along(inertia: NDArray, q_body_principal: NDArray) -> NDArray:
+    """Moments [kg m²], shape (3,), about the axes of that attitude; more accurate than the eigenvalues of eigh."""
+    R = rotation.to_matrix(q_body_principal)
+    return np.diag(R.T @ inertia @ R).copy()
+
+
 def _nearest_to_body_axes(axes: NDArray) -> NDArray:
     """Eigenvectors (columns) in the order and with the signs that bring each next to its body axis, right-handed."""
-    weights = np.abs(axes)
+    weights = _weights(axes)
     columns = [0, 0, 0]
     free = [0, 1, 2]
     for row in np.argsort(-weights.max(axis=1), kind="stable"):
@@ -80,3 +146,8 @@ def _nearest_to_body_axes(axes: NDArray) -> NDArray:
         free.remove(columns[row])
     ordered = axes[:, columns]
     return ordered * np.where(np.diag(ordered) < 0.0, -1.0, 1.0)
+
+
+def _weights(axes: NDArray) -> NDArray:
+    """How near axes are to body axes, without the last digits: among equals the first one must win, not round-off."""
+    return np.round(np.abs(axes), 9)

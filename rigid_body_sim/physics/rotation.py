@@ -50,6 +50,16 @@ def multiply(a: ArrayLike, b: ArrayLike) -> NDArray:
     return np.array(qmultiply(*_quaternion(a), *_quaternion(b)))
 
 
+def add(a: ArrayLike, b: ArrayLike) -> NDArray:
+    """Sum a + b, shape (4,), component by component; theory (2.7.5)."""
+    return np.add(_quaternion(a), _quaternion(b))
+
+
+def subtract(a: ArrayLike, b: ArrayLike) -> NDArray:
+    """Difference a − b, shape (4,), component by component; theory (2.7.5)."""
+    return np.subtract(_quaternion(a), _quaternion(b))
+
+
 def conjugate(q: ArrayLike) -> NDArray:
     """q̄ = [s, −v], shape (4,); theory (2.7.8)."""
     w, x, y, z = _quaternion(q)
@@ -91,6 +101,14 @@ def from_axis_angle(axis: ArrayLike, angle: float) -> NDArray:
         raise ValueError(f"axis {[x, y, z]} has no direction; give a vector that is not zero")
     half = math.sin(0.5 * angle)
     return np.array((math.cos(0.5 * angle), half * (x / length), half * (y / length), half * (z / length)))
+
+
+def from_roll_pitch_yaw(roll: float, pitch: float, yaw: float) -> NDArray:
+    """Unit quaternion, shape (4,), of turns [rad] about the fixed axes x, then y, then z: R_z R_y R_x, as in URDF."""
+    about_x, about_y, about_z = (
+        from_axis_angle(axis, angle) for axis, angle in zip(np.eye(3), (roll, pitch, yaw), strict=True)
+    )
+    return multiply(about_z, multiply(about_y, about_x))
 
 
 def to_axis_angle(q: ArrayLike) -> tuple[NDArray, float]:
@@ -147,6 +165,52 @@ def from_matrix(R: ArrayLike) -> NDArray:
     return normalize(max(enumerate(rows), key=lambda row: row[1][row[0]])[1])
 
 
+def to_homogeneous(q: ArrayLike, translation: ArrayLike = (0.0, 0.0, 0.0)) -> NDArray:
+    """Homogeneous matrix, shape (4, 4), of a rotation and the ``translation`` [m] after it; theory (2.7.27).
+
+    Points are columns (x, y, z, 1). Raises ValueError for a quaternion without direction or a wrong shape.
+    """
+    matrix = np.eye(4)
+    matrix[:3, :3] = to_matrix(q)
+    matrix[:3, 3] = _vector(translation, "translation")
+    return matrix
+
+
+def from_homogeneous(matrix: ArrayLike) -> tuple[NDArray, NDArray]:
+    """Unit quaternion, shape (4,), and translation [m], shape (3,): the inverse of ``to_homogeneous``.
+
+    Raises ValueError when the matrix is not (4, 4), its last row is not (0, 0, 0, 1) or its upper left is no rotation.
+    """
+    given = _matrix_4x4(matrix)
+    if given[3].tolist() != [0.0, 0.0, 0.0, 1.0] or not np.isfinite(given).all():
+        raise ValueError(f"matrix {given.tolist()} is not homogeneous; it must be finite, with last row (0, 0, 0, 1)")
+    return from_matrix(given[:3, :3]), given[:3, 3].copy()
+
+
+def to_matrix_4x4(q: ArrayLike) -> NDArray:
+    """Matrix of a quaternion of any length, shape (4, 4); theory (2.7.25). Its first row is the quaternion.
+
+    Sums and products of these matrices are those of the quaternions: 1, i, j and k become the unit matrix and the
+    matrices of theory (2.7.23) and (2.7.24).
+    """
+    s, x, y, z = _quaternion(q)
+    return np.array(((s, x, y, z), (-x, s, -z, y), (-y, z, s, -x), (-z, -y, x, s)))
+
+
+def from_matrix_4x4(matrix: ArrayLike) -> NDArray:
+    """Quaternion, shape (4,), of a matrix (4, 4) made as in theory (2.7.25).
+
+    Raises ValueError when the matrix differs from that form by more than 1e-12 of its largest entry.
+    """
+    given = _matrix_4x4(matrix)
+    q = given[0].copy()
+    if not np.abs(given - to_matrix_4x4(q)).max() <= 1e-12 * np.abs(given).max():
+        raise ValueError(
+            f"matrix {given.tolist()} is not that of a quaternion; its rows must be those of theory (2.7.25)"
+        )
+    return q
+
+
 def angle_between(a: ArrayLike, b: ArrayLike) -> float:
     """Angle [rad] in [0, π] of the rotation that leads from attitude a to attitude b; accurate for tiny angles too."""
     return to_axis_angle(multiply(conjugate(normalize(a)), normalize(b)))[1]
@@ -173,6 +237,13 @@ def _quaternion(q: ArrayLike) -> list[float]:
     if values.shape != (4,):
         raise ValueError(f"quaternion has shape {values.shape}; four numbers (w, x, y, z) are needed")
     return values.tolist()
+
+
+def _matrix_4x4(matrix: ArrayLike) -> NDArray:
+    values = np.asarray(matrix, float)
+    if values.shape != (4, 4):
+        raise ValueError(f"matrix has shape {values.shape}; four rows of four numbers are needed")
+    return values
 
 
 def _vector(v: ArrayLike, name: str) -> list[float]:

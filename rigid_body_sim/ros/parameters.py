@@ -32,10 +32,22 @@ def declare(node: Node) -> Scene:
         raise ValueError(_USE_SIM_TIME)
     for name, value in scene.values.items():
         # Checked and converted above (1 for 1.0, say): the value given must not be read a second time, more strictly.
-        value = list(value) if isinstance(value, tuple) else value
-        node.declare_parameter(name, value, _descriptor(name), ignore_override=True)
+        if value == ():
+            _declare_empty_array(node, name)
+        else:
+            value = list(value) if isinstance(value, tuple) else value
+            node.declare_parameter(name, value, _descriptor(name), ignore_override=True)
     node.add_on_set_parameters_callback(_refuse_sim_time)
     return scene
+
+
+def _declare_empty_array(node: Node, name: str) -> None:
+    """rclpy takes an empty list for bytes when it declares one; when it sets one it can be told the type."""
+    node.declare_parameter(name, Parameter.Type.DOUBLE_ARRAY, ignore_override=True)
+    node.set_parameters([Parameter(name, Parameter.Type.DOUBLE_ARRAY, [])])
+    descriptor = _descriptor(name)
+    descriptor.type = Parameter.Type.DOUBLE_ARRAY.value
+    node.set_descriptor(name, descriptor)
 
 
 def _given(node: Node) -> dict[str, Any]:
@@ -46,7 +58,8 @@ def _given(node: Node) -> dict[str, Any]:
             _check_qos(name, parameter.value)
         elif not schema.belongs_to_ros(name):
             value = parameter.value
-            given[name] = value if isinstance(value, str | bool | int | float) or value is None else list(value)
+            # An empty array arrives as no value at all.
+            given[name] = value if isinstance(value, str | bool | int | float) else list(value or ())
     return given
 
 

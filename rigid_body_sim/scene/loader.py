@@ -13,7 +13,7 @@ from ..physics import rotation
 from ..physics.body import Body
 from ..physics.state import State
 from ..physics.wrench import Wrench
-from . import schema
+from . import mass_source, schema
 
 
 @dataclass(frozen=True)
@@ -40,12 +40,16 @@ MOST_STEPS_PER_PUBLISH = 1e9
 class Scene:
     """Checked parameters by dotted name, ``scene["body.mass"]``, and what they describe.
 
+    Mass, inertia and centre of mass have the values in use, also where they follow from a shape or a file. Relative
+    paths of files begin at ``folder``, by default the working directory.
+
     Raises ValueError, with a sentence that names the parameter, for an unknown name, a bad value, or values that do not
     go together.
     """
 
-    def __init__(self, given: Mapping[str, Any] | None = None):
+    def __init__(self, given: Mapping[str, Any] | None = None, folder: str | os.PathLike[str] = ""):
         self.values = schema.read(given or {})
+        self.values.update(mass_source.resolve(self.values, given or {}, folder))
         self.steps_per_publish = self._steps_per_publish()
         self.frames = self._frames()
         self.body()
@@ -95,6 +99,10 @@ class Scene:
         names = sorted({name.split(".")[1] for name in self.values if name.startswith("frames.")})
         taken = [self["world_frame_id"], self["body.frame_id"], *names]
         for name in taken:
+            if name.startswith("/"):
+                raise ValueError(
+                    f"frame name {name!r} begins with '/', as no name in ROS 2 does; give {name.lstrip('/')!r}"
+                )
             if taken.count(name) > 1:
                 raise ValueError(
                     f"frame name {name!r} is used twice; world_frame_id, body.frame_id and frames.* must all differ"
@@ -112,13 +120,14 @@ class Scene:
 def load_scene(path: str | os.PathLike[str]) -> Scene:
     """The scene in a ROS parameter file: ``/**: ros__parameters: ...`` with one node section.
 
-    Raises OSError when the file cannot be read and ValueError, beginning with the path, when it is not such a file or
-    holds a parameter that is unknown or bad.
+    Relative paths in it begin at its folder. Raises OSError when the file cannot be read and ValueError, beginning with
+    the path, when it is not such a file or holds a parameter that is unknown or bad.
     """
     with open(path, encoding="utf-8") as file:
         try:
             given = parameters_in(yaml.load(file, Loader=_StrictLoader))
-            return Scene({name: value for name, value in given.items() if not schema.belongs_to_ros(name)})
+            own = {name: value for name, value in given.items() if not schema.belongs_to_ros(name)}
+            return Scene(own, os.path.dirname(path))
         except (yaml.YAMLError, ValueError) as reason:
             raise ValueError(f"{os.fspath(path)}: {' '.join(str(reason).split())}") from None
         except RecursionError:

@@ -10,6 +10,8 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from ..physics.shapes import SHAPES
+
 TYPES = {bool: "bool", float: "double", str: "string", tuple: "double array"}
 
 
@@ -27,6 +29,7 @@ class Parameter:
     most: float | None = None
     length: int | None = None
     choices: tuple[str, ...] = ()
+    optional: bool = False  # a text or array may be empty, which means that it is not used
 
     def read(self, name: str, value: Any) -> Any:
         """``value`` as this parameter's type. Raises ValueError: what was given, which rule it breaks."""
@@ -41,9 +44,9 @@ class Parameter:
     def rule(self) -> str:
         """The values allowed, in words; empty when any value of the type is."""
         if self.choices:
-            return "one of " + ", ".join(self.choices)
-        if self.length:
-            return f"{self.length} finite numbers"
+            return ("empty or " if self.optional else "") + "one of " + ", ".join(self.choices)
+        if self.type is tuple:
+            return f"{self.length} finite numbers" if self.length else "finite numbers"
         if self.type is not float:
             return ""
         bounds = [(self.above, "greater than"), (self.least, "at least"), (self.most, "at most")]
@@ -52,19 +55,28 @@ class Parameter:
     def _convert(self, value: Any) -> Any:
         if self.type is tuple:
             if isinstance(value, str) or not isinstance(value, Iterable):
-                raise ValueError(f"is not an array; give {self.length} numbers such as {list(self.default)}")
-            return tuple(_number(entry, list(self.default)) for entry in value)
+                raise ValueError(f"is not an array; give {self.length or 'some'} numbers such as {self._example}")
+            return tuple(_number(entry, self._example) for entry in value)
         if self.type is float:
             return _number(value, self.default)
         if not isinstance(value, self.type):
-            raise ValueError(f"is not of type {TYPES[self.type]}; give a value such as {self.default!r}")
+            raise ValueError(f"is not of type {TYPES[self.type]}; give a value such as {self._example!r}")
         return value
 
+    @property
+    def _example(self) -> Any:
+        """What a message proposes where the default may be empty."""
+        if self.type is tuple:
+            return list(self.default or (1.0, 0.5))
+        return (self.default or (*self.choices, "name")[0]) if self.type is str else self.default
+
     def _check(self, value: Any) -> None:
+        if self.optional and not value:
+            return
         if self.choices and value not in self.choices:
             raise ValueError(f"is not allowed; give {self.rule}")
-        if self.type is tuple and len(value) != self.length:
-            raise ValueError(f"has {len(value)} entries; give {self.length}, such as {list(self.default)}")
+        if self.length and len(value) != self.length:
+            raise ValueError(f"has {len(value)} entries; give {self.length}, such as {self._example}")
         numbers = value if self.type is tuple else (value,) if self.type is float else ()
         if not all(math.isfinite(number) for number in numbers):
             raise ValueError("is not finite; give finite numbers")
@@ -78,8 +90,6 @@ class Parameter:
             raise ValueError(f"is out of range; give a number that is {self.rule}")
         if self.type is str and not value.strip():
             raise ValueError(f"is empty; give a name such as {self.default!r}")
-        if self.type is str and value.startswith("/"):
-            raise ValueError(f"begins with '/', as no name in ROS 2 does; give {value.lstrip('/')!r}")
 
 
 _ZERO = (0.0, 0.0, 0.0)
@@ -124,6 +134,38 @@ TABLE: tuple[Parameter, ...] = (
     Parameter(
         "body.center_of_mass", tuple, _ZERO, "Centre of mass from the body frame's origin, body axes.", "m", length=3
     ),
+    Parameter(
+        "body.shape",
+        str,
+        "",
+        "Shape from which body.inertia follows, its centre of mass at body.center_of_mass; see docs/conventions.md.",
+        choices=tuple(SHAPES),
+        optional=True,
+    ),
+    Parameter("body.dimensions", tuple, (), "Dimensions of body.shape, in its order.", "m", optional=True),
+    Parameter(
+        "body.density",
+        float,
+        0.0,
+        "Density from which body.mass follows, with body.shape or body.mesh_file; 0 = not used.",
+        "kg/m³",
+        least=0.0,
+    ),
+    Parameter(
+        "body.mesh_file",
+        str,
+        "",
+        "STL or OBJ file in m, evenly filled: body.inertia and body.center_of_mass follow.",
+        optional=True,
+    ),
+    Parameter(
+        "body.urdf_file",
+        str,
+        "",
+        "URDF file from which body.mass, body.inertia and body.center_of_mass follow.",
+        optional=True,
+    ),
+    Parameter("body.urdf_link", str, "", "Link in body.urdf_file; empty = the only one with mass.", optional=True),
     Parameter("initial.position", tuple, _ZERO, "Position of the body frame's origin, world axes.", "m", length=3),
     Parameter("initial.orientation", tuple, _NO_TURN, "Quaternion w, x, y, z, body to world; normalised.", length=4),
     Parameter(

@@ -1,10 +1,11 @@
-"""Write the tables in docs/ that follow from the code: parameters from the schema, integrators from the registry."""
+"""Write the tables in docs/ that follow from the code: parameters, shapes and integrators from their own tables."""
 
 import re
 import sys
 from pathlib import Path
 
 from .. import integrators
+from ..physics.shapes import SHAPES
 from ..scene import schema
 
 
@@ -13,8 +14,17 @@ def parameters_table() -> str:
     lines = ["| name | type | default | unit | allowed | meaning |", "|---|---|---|---|---|---|"]
     for p in schema.TABLE:
         default = list(p.default) if isinstance(p.default, tuple) else p.default
-        shown = str(default).lower() if isinstance(default, bool) else default
+        shown = str(default).lower() if isinstance(default, bool) else "''" if default == "" else default
         lines.append(f"| `{p.name}` | {schema.TYPES[p.type]} | `{shown}` | {p.unit} | {p.rule} | {p.text} |")
+    return "\n".join(lines)
+
+
+def shapes_table() -> str:
+    """Markdown table of all shapes and the meaning of their dimensions."""
+    lines = ["| `body.shape` | `body.dimensions` [m] | what it is |", "|---|---|---|"]
+    for shape in SHAPES.values():
+        solid = "" if shape.volume else " No volume: give its mass."
+        lines.append(f"| `{shape.name}` | {', '.join(shape.dimensions) or 'none'} | {shape.text}{solid} |")
     return "\n".join(lines)
 
 
@@ -30,6 +40,7 @@ def integrators_table() -> str:
 
 TABLES = {
     "interface.md": ("parameters", parameters_table),
+    "conventions.md": ("shapes", shapes_table),
     "choosing_an_integrator.md": ("integrators", integrators_table),
 }
 

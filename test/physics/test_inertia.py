@@ -14,10 +14,8 @@ pytestmark = pytest.mark.no_numba
 
 
 def turned(moments, q):
-    """R diag(moments) Rᵀ, theory (2.4.11), symmetric to the last bit."""
-    R = rotation.to_matrix(q)
-    matrix = R @ np.diag(moments) @ R.T
-    return (matrix + matrix.T) / 2
+    """R diag(moments) Rᵀ, theory (2.4.11)."""
+    return inertia.turned(np.diag(moments), q)
 
 
 def test_the_three_ways_to_give_an_inertia_agree():
@@ -133,3 +131,64 @@ def test_tensor_turned_in_floating_point_is_symmetric_enough():
     assert (matrix == matrix.T).all()
     with pytest.raises(ValueError, match="not symmetric"):
         inertia.as_matrix(turned + np.triu(np.full((3, 3), 1e-9), 1))
+
+
+PAIR = {  # principal moments [kg m²] with two equal, and the axis of the third
+    "oblate": ((1.0, 1.0, 1.9), (0.2, -0.3, 0.9)),
+    "prolate": ((1.0, 1.0, 0.1), (0.2, -0.3, 0.9)),
+    "about x": ((1.0, 1.0, 1.9), (-0.9, 0.3, 0.2)),
+    "about y": ((1.0, 1.0, 0.1), (0.3, -0.9, 0.2)),
+    "between two axes": ((1.0, 1.0, 1.9), (1.0, 1.0, 0.0)),
+    "between three": ((1.0, 1.0, 0.1), (1.0, -1.0, 1.0)),
+}
+
+
+@pytest.mark.parametrize(("moments", "axis"), PAIR.values(), ids=PAIR)
+def test_equal_moments_always_get_the_same_axes(moments, axis):
+    """The tensor a 1 + b n nᵀ, disturbed in the last bits, keeps its axes: round-off does not choose them."""
+    n = np.array(axis) / np.linalg.norm(axis)
+    matrix = moments[0] * np.eye(3) + (moments[2] - moments[0]) * np.outer(n, n)
+    matrix = (matrix + matrix.T) / 2
+    found, q = inertia.principal_axes(matrix)
+    assert len(set(found.tolist())) == 2  # the two are equal to the last bit
+    rng = np.random.default_rng(5)
+    for _ in range(50):
+        noise = rng.uniform(-5e-16, 5e-16, (3, 3))
+        again, p = inertia.principal_axes(matrix + noise + noise.T)
+        assert_allclose(p, q, rtol=0, atol=1e-14)  # measured 8.0e-16
+        assert_allclose(again, found, rtol=0, atol=1e-14)  # measured 2.4e-15
+    third = rotation.to_matrix(q)[:, _odd(found)]
+    assert_allclose(abs(third @ n), 1.0, rtol=0, atol=1e-15)  # measured 1.1e-16
+
+
+def _odd(moments):
+    return next(k for k in range(3) if np.count_nonzero(moments == moments[k]) == 1)
+
+
+def test_sphere_out_of_round_off_keeps_the_body_axes():
+    noise = np.array(((0, 3, -2), (3, 1, 1), (-2, 1, -1))) * 1e-16
+    found, q = inertia.principal_axes(0.4 * np.eye(3) + noise)
+    assert_array_equal(q, (1, 0, 0, 0))
+    assert len(set(found.tolist())) == 1
+
+
+def test_symmetric_body_turns_its_axes_as_little_as_it_can():
+    tilt = rotation.from_axis_angle((1.0, 2.0, 0.0), 0.3)  # about an axis across z: no turn about z itself
+    found, q = inertia.principal_axes(turned((1.0, 1.0, 0.3), tilt))
+    assert_allclose(q, tilt, rtol=0, atol=1e-14)  # measured 1.1e-16
+    assert_allclose(found, (1.0, 1.0, 0.3), rtol=0, atol=1e-15)  # measured 1.7e-16
+
+
+def test_moments_that_differ_by_a_trillionth_are_not_made_equal():
+    found, _ = inertia.principal_axes(turned((1.0, 1.0 + 1e-12, 0.5), (0.3, 0.5, -0.7, 0.4)))
+    assert np.sort(found)[2] - np.sort(found)[1] == pytest.approx(1e-12, abs=1e-14)  # measured 2.1e-16
+
+
+@given(attitudes)
+def test_axes_at_any_attitude_are_right_handed(q):
+    for moments in ((1.0, 1.5, 2.0), (1.0, 1.0, 1.5), (1.0, 1.5, 1.5)):
+        matrix = turned(moments, q)
+        found, p = inertia.principal_axes(matrix)
+        R = rotation.to_matrix(p)
+        assert np.linalg.det(R) == pytest.approx(1.0, abs=1e-14)  # measured 4.4e-16
+        assert_allclose(R @ np.diag(found) @ R.T, matrix, rtol=0, atol=1e-14)  # measured 1.1e-15

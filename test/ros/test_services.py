@@ -3,6 +3,7 @@
 One node runs with the defaults for time; one starts paused and sets time back at a reset.
 """
 
+import array
 import ast
 
 import numpy as np
@@ -139,6 +140,29 @@ def test_reset_time_sets_stamps_back(paused):
 def test_parameters_can_be_read(running):
     assert running.get_parameters("body.mass", "rate", "twist_frame", "wrench.timeout") == [2.0, 200.0, "body", 0.0]
     assert list(running.get_parameters("body.inertia")[0]) == [0.1, 0.1, 0.1, 0.0, 0.0, 0.0]
+
+
+def test_array_that_is_not_used_is_an_empty_one_of_floats(running):
+    """rclpy by itself would make it an array of bytes."""
+    (dimensions,) = running.get_parameters("body.dimensions")
+    assert isinstance(dimensions, array.array) and dimensions.typecode == "d" and len(dimensions) == 0
+    result = running.set_parameter("body.dimensions", [1.0])
+    assert not result.successful and "read-only" in result.reason
+
+
+def test_mass_and_inertia_that_follow_from_a_shape_can_be_read(connect):
+    node = connect({"body": {"shape": "box", "dimensions": [2.0, 1.0, 1.0], "density": 6.0, "urdf_file": ""}})
+    node.ready()
+    mass, inertia, dimensions = node.get_parameters("body.mass", "body.inertia", "body.dimensions")
+    assert (mass, list(dimensions)) == (12.0, [2.0, 1.0, 1.0])
+    assert list(inertia) == [2.0, 5.0, 5.0, 0.0, 0.0, 0.0]
+
+
+def test_empty_array_may_be_given(connect):
+    """It reaches rclpy without a type and without a value."""
+    node = connect({"body": {"dimensions": [], "mass": 3.0}})
+    node.ready()
+    assert node.get_parameters("body.mass") == [3.0]
 
 
 @pytest.mark.parametrize(

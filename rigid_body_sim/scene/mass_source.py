@@ -1,0 +1,102 @@
+"""Where a scene's mass, inertia and centre of mass come from: given as such, a shape, a mesh or a URDF link."""
+
+import os
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from ..physics.mass_properties import MassProperties
+from ..physics.mesh import of_mesh
+from ..physics.shapes import SHAPES
+from . import mesh_file, urdf
+
+_SOURCES = ("body.shape", "body.mesh_file", "body.urdf_file")
+_NEEDS = {  # a parameter, and those of which it needs one
+    "body.dimensions": ("body.shape",),
+    "body.density": ("body.shape", "body.mesh_file"),
+    "body.urdf_link": ("body.urdf_file",),
+}
+
+
+def resolve(values: Mapping[str, Any], given: Mapping[str, Any], folder: str | os.PathLike[str]) -> dict[str, Any]:
+    """Those of body.mass, body.inertia and body.center_of_mass that follow from another parameter.
+
+    ``values`` are all parameters, checked; ``given`` those that the user gave; ``folder`` is where the paths of files
+    begin. A parameter that follows may be given too when it says the same to the last bit, so that what a node holds
+    can be given to another one. Raises ValueError when two parameters contradict each other, one lacks another, or a
+    shape or file is bad.
+    """
+    sources = [name for name in _SOURCES if values[name]]
+    if len(sources) > 1:
+        raise ValueError(f"parameters {' and '.join(sources)} are given; the inertia has one source: give one of them")
+    for name, needed in _NEEDS.items():
+        if values[name] and not any(values[other] for other in needed):
+            raise ValueError(
+                f"parameter {name} = {_shown(values[name])}: needs {' or '.join(needed)}; give both or neither"
+            )
+    if not sources:
+        return {}
+    (source,) = sources
+    try:
+        properties = _READERS[source](values, folder)
+        properties.body()
+    except (OSError, ValueError) as reason:
+        raise ValueError(f"parameter {source} = {_shown(values[source])}: {reason}") from None
+    followed = _followed(source, values, properties)
+    _refuse_contradictions(source, values, given, followed)
+    return followed
+
+
+def _followed(source: str, values: Mapping[str, Any], properties: MassProperties) -> dict[str, Any]:
+    found = {"body.inertia": tuple(properties.body().inertia_entries.tolist())}
+    if source == "body.urdf_file" or values["body.density"]:
+        found["body.mass"] = properties.mass
+    if source != "body.shape":
+        found["body.center_of_mass"] = tuple(properties.center_of_mass.tolist())
+    return found
+
+
+def _refuse_contradictions(
+    source: str, values: Mapping[str, Any], given: Mapping[str, Any], followed: Mapping[str, Any]
+) -> None:
+    for name, value in followed.items():
+        if name in given and values[name] != value:
+            decider = "body.density" if name == "body.mass" and values["body.density"] else source
+            raise ValueError(
+                f"parameter {name} = {_shown(values[name])}: contradicts {decider}, from which {_shown(value)} "
+                "follows; give one of the two"
+            )
+
+
+def _of_shape(values: Mapping[str, Any], _: str | os.PathLike[str]) -> MassProperties:
+    return SHAPES[values["body.shape"]].mass_properties(values["body.dimensions"], *_amount(values))
+
+
+def _of_mesh_file(values: Mapping[str, Any], folder: str | os.PathLike[str]) -> MassProperties:
+    return of_mesh(*mesh_file.read(_path(values["body.mesh_file"], folder)), *_amount(values))
+
+
+def _of_urdf(values: Mapping[str, Any], folder: str | os.PathLike[str]) -> MassProperties:
+    return urdf.read(_path(values["body.urdf_file"], folder), values["body.urdf_link"])
+
+
+_READERS: dict[str, Callable[[Mapping[str, Any], str | os.PathLike[str]], MassProperties]] = {
+    "body.shape": _of_shape,
+    "body.mesh_file": _of_mesh_file,
+    "body.urdf_file": _of_urdf,
+}
+
+
+def _amount(values: Mapping[str, Any]) -> tuple[float | None, float | None]:
+    """Mass [kg] and density [kg/m³], one of them None."""
+    density = values["body.density"]
+    return (None, density) if density else (values["body.mass"], None)
+
+
+def _path(path: str, folder: str | os.PathLike[str]) -> str:
+    if "://" in path:
+        raise ValueError(f"{path.split('://')[0]}:// is not supported; give the path of a file")
+    return os.path.join(folder, path)
+
+
+def _shown(value: Any) -> str:
+    return repr(list(value) if isinstance(value, tuple) else value)
