@@ -1,12 +1,13 @@
 """How time advances: one file per integrator, and the registry that names them."""
 
-from . import exact, rk4, semi_implicit_euler, taylor
+from . import exact, rk4, rkmk4, semi_implicit_euler, taylor
 from .base import Integrator
 
 _ALL = (
     taylor.INTEGRATOR,
     exact.INTEGRATOR,
     rk4.INTEGRATOR,
+    rkmk4.INTEGRATOR,
     semi_implicit_euler.INTEGRATOR,
 )
 REGISTRY: dict[str, Integrator] = {integrator.name: integrator for integrator in _ALL}

@@ -374,6 +374,7 @@ ENERGY_DRIFT = {  # relative; measured 7.8e-16, 7.8e-16, 2.0e-9, 1.3e-9, 2.4e-8 
     "taylor": 2e-15,
     "exact": 2e-15,
     "rk4": 1e-8,
+    "rkmk4": 1e-8,
 }
 PERIODS = 7  # flips within 50 s
 
