@@ -1,6 +1,6 @@
 """How time advances: one file per integrator, and the registry that names them."""
 
-from . import exact, rk4, rkmk4, semi_implicit_euler, taylor
+from . import exact, rk4, rkmk4, semi_implicit_euler, splitting, taylor
 from .base import Integrator
 
 _ALL = (
@@ -8,6 +8,8 @@ _ALL = (
     exact.INTEGRATOR,
     rk4.INTEGRATOR,
     rkmk4.INTEGRATOR,
+    splitting.INTEGRATOR,
+    splitting.INTEGRATOR4,
     semi_implicit_euler.INTEGRATOR,
 )
 REGISTRY: dict[str, Integrator] = {integrator.name: integrator for integrator in _ALL}
