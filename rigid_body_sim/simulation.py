@@ -40,6 +40,7 @@ class Snapshot:
     state: tuple[float, ...]
     wrench: Wrench
     expiry: int | None
+    origin: tuple[int, tuple[float, ...]] | None = None  # step and state from which ``exact`` evaluates
 
 
 class Simulation:
@@ -81,6 +82,7 @@ class Simulation:
         self._gravity.flags.writeable = False
         self.initial_state = State() if state is None else state
         self.steps = 0
+        self._picky = self.integrator.torque_free_only or self.integrator.one_evaluation
         self._h = 1.0 / self._rate
         self._rate_ratio = self._rate.as_integer_ratio()
         self._work = np.zeros(self.integrator.work_size)
@@ -142,10 +144,14 @@ class Simulation:
         return self._wrench
 
     def set_wrench(self, wrench: Wrench, hold: float | None = None) -> None:
-        """Hold ``wrench`` from now on, or for ``hold`` s of simulated time (at least one step) and zero after that."""
+        """Hold ``wrench`` from now on, or for ``hold`` s of simulated time (at least one step) and zero after that.
+
+        Raises ValueError, and changes nothing, for a wrench that the integrator cannot be given.
+        """
         expiry = None if hold is None else self.steps + self._steps_held(hold)
-        if wrench.points or self._wrench.points:
-            self._install(wrench)
+        if self._picky or wrench.points or self._wrench.points:
+            if wrench != self._wrench:
+                self._install(wrench)
         else:
             _PACK_WRENCH(self._model_bytes, _WRENCH_OFFSET, *wrench.values)
             self._wrench = wrench
@@ -166,10 +172,13 @@ class Simulation:
         if n < 0:
             raise ValueError(f"step({n}): time does not run backwards; give a number of steps of at least 0")
         while n > 0:
-            held = min(n, MOST_AT_ONCE)
+            held = min(n, MOST_AT_ONCE) if self._origin is None else n
             if self._expiry is not None:
                 held = min(held, self._expiry - self.steps)
-            done = self._steps_kernel(self._state, self._model, self._work, self._h, held)
+            if self._origin is None:
+                done = self._steps_kernel(self._state, self._model, self._work, self._h, held)
+            else:
+                done = self._step_from_origin(held)
             self.steps += done
             if done < held:
                 raise SimulationError(self._why_stopped())
@@ -193,13 +202,14 @@ class Simulation:
     def reset(self, state: State | None = None, *, keep_time: bool = False) -> None:
         """Go to ``state``, or else the initial one, hold no wrench, and count steps from zero unless ``keep_time``."""
         self._state[:] = flat.flatten(self.initial_state if state is None else state, self._model)
-        self.clear_wrench()
         if not keep_time:
             self.steps = 0
+        self._install(Wrench())
 
     def save(self) -> Snapshot:
         """Step count, state with its low-order parts, and held wrench, exact to the bit."""
-        return Snapshot(self.steps, tuple(self._state.tolist()), self._wrench, self._expiry)
+        origin = self._origin and (self._origin[0], tuple(self._origin[1].tolist()))
+        return Snapshot(self.steps, tuple(self._state.tolist()), self._wrench, self._expiry, origin)
 
     def restore(self, snapshot: Snapshot) -> None:
         """Continue from a snapshot taken with the same body, rate, gravity and integrator: the same bits follow."""
@@ -207,6 +217,9 @@ class Simulation:
         self._state[:] = snapshot.state
         self.steps = snapshot.steps
         self._expiry = snapshot.expiry
+        if self._origin is not None:
+            steps, state = snapshot.origin or (snapshot.steps, snapshot.state)
+            self._origin = steps, np.array(state)
 
     def describe(self) -> str:
         """One line for the log: what is simulated, and how."""
@@ -224,7 +237,18 @@ class Simulation:
             )
         return max(1, round(hold * self._rate))
 
+    def _step_from_origin(self, n: int) -> int:
+        """Advance by n steps in one evaluation from where the wrench last changed; return how many were done."""
+        steps, state = self._origin
+        self._state[:] = state
+        since = self.steps - steps
+        return self._steps_kernel(self._state, self._model, self._work, self._h, since + n) - since
+
     def _install(self, wrench: Wrench) -> None:
+        refusal = self.integrator.refusal(wrench)
+        if refusal:
+            raise ValueError(refusal)
+        self._origin = (self.steps, self._state.copy()) if self.integrator.one_evaluation else None
         self._model = new_model(self.body, self.gravity, wrench)
         self._model_bytes = memoryview(self._model).cast("B")
         self._wrench = wrench

@@ -95,7 +95,7 @@ def test_gravity_that_is_not_three_finite_numbers_is_refused(gravity):
 
 
 def test_unknown_integrator_is_refused_with_those_there_are():
-    with pytest.raises(ValueError, match="integrator 'euler' is not known; choose one of taylor, rk4"):
+    with pytest.raises(ValueError, match="integrator 'euler' is not known; choose one of taylor, exact, rk4, rkmk4"):
         simulation(integrator="euler")
 
 

@@ -22,6 +22,7 @@ WRENCHES = {
     "none": Wrench(),
     "body": Wrench(force_body=(0.9, -0.4, 1.3), torque_body=(0.06, 0.04, -0.08)),
     "world": Wrench(force_world=(-0.8, 1.7, 12.1), torque_world=(-0.07, 0.1, 0.05)),
+    "force": Wrench(force_world=(-0.8, 1.7, 12.1)),
     "one point": Wrench(points=POINTS[:1]),
     "everything": Wrench((0.9, -0.4, 1.3), (0.06, 0.04, -0.08), (-0.8, 1.7, 12.1), (-0.07, 0.1, 0.05), POINTS),
 }
@@ -33,6 +34,8 @@ def final_states():
     found = {}
     for integrator in REGISTRY:
         for held, wrench in WRENCHES.items():
+            if REGISTRY[integrator].refusal(wrench):
+                continue
             for name, spin in SPINS.items():
                 state = State((1.0, 2.0, 3.0), (0.4, 0.2, -0.8, 0.4), (-0.5, 0.2, 1.0), spin)
                 sim = Simulation(BODY, state, rate=50.0, gravity=(0.0, 0.0, -9.81), integrator=integrator)

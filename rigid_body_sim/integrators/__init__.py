@@ -1,11 +1,19 @@
 """How time advances: one file per integrator, and the registry that names them."""
 
-from . import rk4, semi_implicit_euler, taylor
+from . import exact, matrix_euler, rk4, rkmk4, semi_implicit_euler, splitting, taylor
 from .base import Integrator
 
-REGISTRY: dict[str, Integrator] = {
-    module.INTEGRATOR.name: module.INTEGRATOR for module in (taylor, rk4, semi_implicit_euler)
-}
+_ALL = (
+    taylor.INTEGRATOR,
+    exact.INTEGRATOR,
+    rk4.INTEGRATOR,
+    rkmk4.INTEGRATOR,
+    splitting.INTEGRATOR,
+    splitting.INTEGRATOR4,
+    semi_implicit_euler.INTEGRATOR,
+    matrix_euler.INTEGRATOR,
+)
+REGISTRY: dict[str, Integrator] = {integrator.name: integrator for integrator in _ALL}
 
 
 def get(name: str) -> Integrator:

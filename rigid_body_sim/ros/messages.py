@@ -13,7 +13,8 @@ NANOSECONDS = 1_000_000_000
 
 NOT_FINITE = "not finite"
 UNKNOWN_FRAME = "unknown frame"
-REFUSALS = (NOT_FINITE, UNKNOWN_FRAME)
+NOT_FOR_INTEGRATOR = "not for this integrator"
+REFUSALS = (NOT_FINITE, UNKNOWN_FRAME, NOT_FOR_INTEGRATOR)
 
 
 class RefusedError(Exception):

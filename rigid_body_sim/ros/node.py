@@ -161,6 +161,9 @@ class RigidBodyNode(Node):
     def _on_wrench(self, message: WrenchStamped) -> None:
         try:
             wrench = messages.read_wrench(message, self.scene)
+            refusal = self.simulation.integrator.refusal(wrench)
+            if refusal:
+                raise messages.RefusedError(messages.NOT_FOR_INTEGRATOR, refusal)
         except messages.RefusedError as refusal:
             self.refused[refusal.reason] += 1
             self._warn(refusal)

@@ -1,9 +1,11 @@
 """What every integrator owes, over all that are registered: a new one needs no new test here.
 
-``order`` decides what is asked. None means exact to round-off at every rate; order p means that the error falls with
-the step h at least as h^p and not faster than h^(p + 1).
+The descriptor decides what is asked. ``order`` None means exact to round-off at every rate; order p means that the
+error falls with the step h at least as h^p and not faster than h^(p + 1). A ``reversible`` method goes back the way it
+came. An integrator is tried with the wrenches that its ``refusal`` lets pass.
 """
 
+import dataclasses
 import math
 from fractions import Fraction
 
@@ -25,13 +27,33 @@ WORLD_PART = Wrench(force_world=(-0.8, 1.7, 2.1), torque_world=(-0.07, 0.1, 0.05
 POINTS = Wrench(points=[((0.4, 0.0, 0.1), (0.2, -0.4, 0.3)), ((-0.2, 0.3, 0.0), (0.4, 0.1, -0.2))])
 EVERYTHING = Wrench(*np.reshape(BODY_PART.values[:6] + WORLD_PART.values[6:], (4, 3)).tolist(), POINTS.points)
 
+FORCE = Wrench(force_world=(-0.8, 1.7, 2.1))
+WRENCHES = {"force": FORCE, "body": BODY_PART, "world": WORLD_PART, "points": POINTS, "everything": EVERYTHING}
+
+
+def over(wrenches, keep=lambda integrator: True):
+    """Parametrise over integrators, each with those of the wrenches that it can be given."""
+    cases = {
+        f"{name}-{held}": (name, wrench)
+        for name, integrator in REGISTRY.items()
+        for held, wrench in wrenches.items()
+        if keep(integrator) and not integrator.refusal(wrench)
+    }
+    return pytest.mark.parametrize(("integrator", "wrench"), cases.values(), ids=cases)
+
+
 over_all_integrators = pytest.mark.parametrize("integrator", REGISTRY)
-over_those_with_an_order = pytest.mark.parametrize(
-    "integrator", [n for n, i in REGISTRY.items() if i.order is not None]
+over_those_for_every_wrench = pytest.mark.parametrize(
+    "integrator", [n for n, i in REGISTRY.items() if not i.refusal(EVERYTHING)]
 )
-over_all_wrenches = pytest.mark.parametrize(
-    "wrench", [BODY_PART, WORLD_PART, POINTS, EVERYTHING], ids=["body", "world", "points", "everything"]
-)
+over_all_wrenches = over(WRENCHES)
+over_all_with_an_order = over(WRENCHES, lambda integrator: integrator.order is not None)
+over_all_without_order = over(WRENCHES, lambda integrator: integrator.order is None)
+
+
+def hardest(integrator):
+    """The wrench with the most in it that an integrator can be given."""
+    return FORCE if REGISTRY[integrator].refusal(EVERYTHING) else EVERYTHING
 
 
 def simulate(integrator, wrench=None, steps=100, rate=100.0, body=BODY, state=STATE, gravity=(0.0, 0.0, 0.0)):
@@ -117,7 +139,7 @@ def test_torque_free_symmetric_body_follows_its_closed_form(integrator):
         end = simulate(integrator, body=TOP, state=SPINNING, rate=rate, steps=round(5 * rate)).state
         errors.append(attitude_error(end, symmetric_top(5.0)))
         rates = np.linalg.norm(end.angular_velocity - symmetric_top(5.0).angular_velocity)
-        assert rates < 3 * errors[-1] + 1e-14
+        assert rates < 10 * errors[-1] + 1e-14  # measured 4 times at most
     if get(integrator).order is None:
         assert max(errors) < 2e-14  # measured 1.2e-15
     else:
@@ -133,8 +155,7 @@ def assert_order(p, errors):
     assert p - 0.25 <= observed <= p + 0.75, f"errors {errors} fall as h^{observed:.2f}, not as h^{p}"
 
 
-@over_those_with_an_order
-@over_all_wrenches
+@over_all_with_an_order
 def test_error_falls_with_the_step_as_the_order_says(integrator, wrench):
     exact = simulate("taylor", wrench, rate=100.0, steps=200).state
     ends = [simulate(integrator, wrench, rate=rate, steps=round(2 * rate)).state for rate in (100.0, 200.0)]
@@ -142,12 +163,39 @@ def test_error_falls_with_the_step_as_the_order_says(integrator, wrench):
     assert_order(get(integrator).order, [np.linalg.norm(end.position - exact.position) for end in ends])
 
 
-@over_all_wrenches
-def test_exact_integrator_depends_on_no_step(wrench):
-    for integrator in (name for name, descriptor in REGISTRY.items() if descriptor.order is None):
-        coarse, fine = (simulate(integrator, wrench, rate=rate, steps=round(2 * rate)).state for rate in (4.0, 400.0))
-        assert attitude_error(coarse, fine) < 1e-14  # measured 1.1e-15
-        assert_allclose(coarse.values, fine.values, rtol=0, atol=5e-14)  # measured 2.2e-15
+@over_all_without_order
+def test_exact_integrator_depends_on_no_step(integrator, wrench):
+    coarse, fine = (simulate(integrator, wrench, rate=rate, steps=round(2 * rate)).state for rate in (4.0, 400.0))
+    assert attitude_error(coarse, fine) < 1e-14  # measured 1.1e-15
+    assert_allclose(coarse.values, fine.values, rtol=0, atol=5e-14)  # measured 2.2e-15
+
+
+@over_all_without_order
+def test_exact_integrators_agree(integrator, wrench):
+    one, other = (simulate(name, wrench).state for name in (integrator, "taylor"))
+    assert attitude_error(one, other) < 1e-14  # measured 6.7e-16
+    assert_allclose(one.values, other.values, rtol=0, atol=2e-14)  # measured 1.8e-15
+
+
+# Backwards --------------------------------------------------------------------------------------------------------
+
+
+def way_back(integrator, wrench):
+    """How far [m, rad] a simulation ends from its start after 2 s forwards and 2 s with all momenta turned round."""
+    end = simulate(integrator, wrench, steps=200).state
+    turned_round = State(end.position, end.orientation, -end.velocity, -end.angular_velocity)
+    back = simulate(integrator, wrench, steps=200, state=turned_round).state
+    return max(np.linalg.norm(back.position - STATE.position), attitude_error(back, STATE))
+
+
+@over(WRENCHES, lambda integrator: integrator.reversible)
+def test_reversible_method_goes_back_the_way_it_came(integrator, wrench):
+    assert way_back(integrator, wrench) < 1e-13  # measured 1.1e-14
+
+
+@over({"hardest": EVERYTHING}, lambda integrator: not integrator.reversible)
+def test_other_methods_do_not_go_back(integrator, wrench):
+    assert way_back(integrator, wrench) > 1e-10  # measured 8e-9 for rkmk4, 0.2 for matrix_euler
 
 
 # The same motion, told differently --------------------------------------------------------------------------------
@@ -156,7 +204,9 @@ def test_exact_integrator_depends_on_no_step(wrench):
 @over_all_integrators
 def test_a_quaternion_and_its_negative_give_the_same_motion(integrator):
     other = State(STATE.position, -STATE.orientation, STATE.velocity, STATE.angular_velocity)
-    end, end_of_other = (simulate(integrator, EVERYTHING, state=state).state.values for state in (STATE, other))
+    end, end_of_other = (
+        simulate(integrator, hardest(integrator), state=state).state.values for state in (STATE, other)
+    )
     sign = np.where((np.arange(end.size) >= 3) & (np.arange(end.size) < 7), -1.0, 1.0)
     assert_array_equal(end_of_other, sign * end)
 
@@ -165,11 +215,13 @@ def test_a_quaternion_and_its_negative_give_the_same_motion(integrator):
 @pytest.mark.parametrize(("length", "tolerance"), [(2.0, 0.0), (0.37, 2e-14)])  # measured 0 and 2.0e-15
 def test_length_of_the_quaternion_given_does_not_matter(integrator, length, tolerance):
     other = State(STATE.position, length * STATE.orientation, STATE.velocity, STATE.angular_velocity)
-    end, end_of_other = (simulate(integrator, EVERYTHING, state=state).state.values for state in (STATE, other))
+    end, end_of_other = (
+        simulate(integrator, hardest(integrator), state=state).state.values for state in (STATE, other)
+    )
     assert_allclose(end_of_other, end, rtol=0, atol=tolerance)
 
 
-@over_all_integrators
+@over_those_for_every_wrench
 def test_wrench_along_the_axis_of_spin_is_the_same_in_body_and_world_axes(integrator):
     """The axis of spin stays where it is, so a force and a torque along it turn with nothing."""
     body = Body(2.0, (0.1, 0.2, 0.25))
@@ -181,7 +233,7 @@ def test_wrench_along_the_axis_of_spin_is_the_same_in_body_and_world_axes(integr
     assert_allclose(end.values, in_body.values, rtol=0, atol=2e-14)  # measured 7.8e-15
 
 
-@over_all_integrators
+@over_those_for_every_wrench
 def test_wrench_on_a_body_that_does_not_turn_is_the_same_in_body_and_world_axes(integrator):
     state = State(orientation=(0.4, 0.2, -0.8, 0.4))
     force = np.array((0.9, -0.4, 1.3))
@@ -191,11 +243,16 @@ def test_wrench_on_a_body_that_does_not_turn_is_the_same_in_body_and_world_axes(
     assert_allclose(in_world.state.values, in_body.values, rtol=0, atol=1e-14)  # measured 2.8e-16
 
 
-@over_all_integrators
+@over_those_for_every_wrench
 def test_force_at_the_centre_of_mass_turns_nothing(integrator):
     force = (0.9, -0.4, 1.3)
     at_point = simulate(integrator, Wrench(points=[(BODY.center_of_mass.tolist(), force)])).state
     assert_allclose(at_point.values, simulate(integrator, Wrench(force_world=force)).state.values, rtol=0, atol=1e-13)
+
+
+def round_off(integrator):
+    """Round-off allowed after 100 steps; methods with an order may add up without low-order parts."""
+    return 2e-14 if REGISTRY[integrator].order is None else 2e-13  # measured 7.1e-15 and 5.3e-14
 
 
 TURN = rotation.from_axis_angle((1.0, 2.0, -0.5), 1.1)  # from the body axes of one description to those of the other
@@ -218,22 +275,21 @@ def turned_wrench(wrench):
     return Wrench(force, torque, wrench.force_world.tolist(), wrench.torque_world.tolist(), points)
 
 
-@over_all_integrators
 @over_all_wrenches
 def test_body_described_in_turned_axes_moves_the_same(integrator, wrench):
+    tolerance = round_off(integrator)
     end = simulate(integrator, wrench).state
     other = simulate(integrator, turned_wrench(wrench), body=turned_body(), state=turned_state()).state
-    assert (
-        rotation.angle_between(rotation.multiply(other.orientation, TURN), end.orientation) < 2e-14
-    )  # measured 2.3e-15
+    assert rotation.angle_between(rotation.multiply(other.orientation, TURN), end.orientation) < tolerance
     turned_back = rotation.rotate_back(TURN, other.angular_velocity)
-    assert_allclose(turned_back, end.angular_velocity, rtol=0, atol=2e-14)  # measured 6.0e-15
+    assert_allclose(turned_back, end.angular_velocity, rtol=0, atol=tolerance)
     for name in ("position", "velocity", "momentum", "angular_momentum"):
-        assert_allclose(getattr(other, name), getattr(end, name), rtol=0, atol=2e-14)  # measured 2.2e-15
+        assert_allclose(getattr(other, name), getattr(end, name), rtol=0, atol=tolerance)
 
 
-@over_all_integrators
+@over_those_for_every_wrench
 def test_world_turned_as_a_whole_turns_the_motion(integrator):
+    tolerance = round_off(integrator)
     turn = lambda v: rotation.rotate(TURN, v)  # noqa: E731
     turned = State(
         turn(STATE.position), rotation.multiply(TURN, STATE.orientation), turn(STATE.velocity), STATE.angular_velocity
@@ -241,16 +297,35 @@ def test_world_turned_as_a_whole_turns_the_motion(integrator):
     force, torque = WORLD_PART.force_world, WORLD_PART.torque_world
     wrench = Wrench(force_world=turn(force).tolist(), torque_world=turn(torque).tolist())
     end, other = simulate(integrator, WORLD_PART).state, simulate(integrator, wrench, state=turned).state
-    assert_allclose(other.position, turn(end.position), rtol=0, atol=2e-14)  # measured 7.1e-15
-    assert (
-        rotation.angle_between(other.orientation, rotation.multiply(TURN, end.orientation)) < 2e-14
-    )  # measured 6.8e-15
+    assert_allclose(other.position, turn(end.position), rtol=0, atol=tolerance)
+    assert rotation.angle_between(other.orientation, rotation.multiply(TURN, end.orientation)) < tolerance
+
+
+@pytest.mark.parametrize("integrator", [n for n, i in REGISTRY.items() if i.refusal(EVERYTHING)])
+@pytest.mark.parametrize(
+    ("wrench", "named"),
+    [
+        (Wrench(force_body=(1, 0, 0)), "no force_body:"),
+        (Wrench(torque_body=(0, 0, 1)), "no torque_body:"),
+        (Wrench(torque_world=(0, 1, 0)), "no torque_world:"),
+        (POINTS, "no points:"),
+        (BODY_PART, "no force_body or torque_body:"),
+    ],
+)
+def test_wrench_that_an_integrator_cannot_be_given_is_refused_and_changes_nothing(integrator, wrench, named):
+    sim = simulate(integrator, FORCE, steps=10)
+    before = sim.save()
+    with pytest.raises(ValueError, match=f"^integrator '{integrator}' knows only .* {named} use force_world alone, or"):
+        sim.set_wrench(wrench)
+    with pytest.raises(ValueError, match="knows only"):
+        sim.restore(dataclasses.replace(before, wrench=wrench))
+    assert sim.save() == before
+    assert sim.wrench == FORCE
 
 
 # The same bits ----------------------------------------------------------------------------------------------------
 
 
-@over_all_integrators
 @over_all_wrenches
 def test_saved_simulation_goes_on_to_the_same_bits(integrator, wrench):
     sim = simulate(integrator, wrench, steps=37)
@@ -277,7 +352,6 @@ def test_low_order_parts_belong_to_what_is_saved():
     assert rounded.save().state[:LOW] != sim.save().state[:LOW]
 
 
-@over_all_integrators
 @over_all_wrenches
 def test_steps_done_in_two_calls_are_those_of_one_to_the_bit(integrator, wrench):
     sim = simulate(integrator, wrench, steps=0)
@@ -296,7 +370,14 @@ def test_momenta_are_constant_to_the_bit_without_wrench(integrator):
 # Tumbling about the middle axis -----------------------------------------------------------------------------------
 
 TUMBLING = Body(2.0, (0.1, 0.2, 0.3))
-ENERGY_DRIFT = {"taylor": 2e-15, "rk4": 1e-8}  # relative; measured 7.8e-16 and 2.0e-9
+ENERGY_DRIFT = {  # relative; measured 7.8e-16, 7.8e-16, 2.0e-9, 1.3e-9, 2.4e-8 and 6.0e-12
+    "taylor": 2e-15,
+    "exact": 2e-15,
+    "rk4": 1e-8,
+    "rkmk4": 1e-8,
+    "splitting": 1e-6,
+    "splitting4": 1e-10,
+}
 PERIODS = 7  # flips within 50 s
 
 
@@ -320,10 +401,20 @@ def test_tumble_about_the_middle_axis_flips_and_keeps_energy_and_angular_momentu
     assert_array_equal(change, 0.0)
 
 
-def test_semi_implicit_euler_makes_energy_out_of_nothing():
-    """It is there for comparison: a body that gains energy at constant L ends up spinning about another axis."""
-    growth, change, flips = tumble("semi_implicit_euler")
+@pytest.mark.parametrize("integrator", ["splitting", "splitting4"])
+def test_energy_error_of_a_symplectic_method_stays_bounded(integrator):
+    """At 20 Hz, where the energy that Runge-Kutta loses grows with time."""
+    bound = {"splitting": 5e-4, "splitting4": 1e-6}[integrator]  # measured 1.1e-4 and 4e-8
+    for seconds in (5, 51, 250):
+        assert abs(tumble(integrator, seconds, rate=20.0)[0]) < bound
+    assert tumble("rk4", 250, rate=20.0)[0] < 4 * tumble("rk4", 50, rate=20.0)[0] < 0.0  # measured -3.8e-5 and -6.3e-6
+
+
+@pytest.mark.parametrize("integrator", [name for name, i in REGISTRY.items() if i.order == 1])
+def test_methods_of_first_order_make_energy_out_of_nothing(integrator):
+    """They are there for comparison: a body that gains energy at constant L ends up spinning about another axis."""
+    growth, change, flips = tumble(integrator)
     assert growth > 0.5  # measured 0.91: almost twice the energy after 50 s
     assert flips > 2 * PERIODS  # measured 34
     assert_array_equal(change, 0.0)
-    assert tumble("semi_implicit_euler", rate=1000.0)[0] > 0.03  # measured 0.058, at ten times the rate
+    assert tumble(integrator, rate=1000.0, seconds=20)[0] > 0.01  # measured 0.018, at ten times the rate

@@ -260,6 +260,22 @@ def test_one_step_turns_the_body_by_any_angle_to_round_off(angle, seed):
     assert error < EPS * (1 + angle) * (2 + math.sqrt(angle))  # measured 0.43 of that at most
 
 
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("angle", [1e-9, 1e-6, 1e-3, 0.1, 0.6, 1.0, 3.0, 10.0, 100.0, 1e3, 1e4])
+def test_one_step_of_an_asymmetric_body_agrees_with_the_closed_form(angle, seed):
+    """From h |ω| = 1e-9 to 1e4. The error is that of the series: ``exact`` has one of about EPS times the angle."""
+    random = np.random.default_rng(seed)
+    spin = random.normal(size=3)
+    state = State(orientation=random.normal(size=4), angular_velocity=angle * spin / np.linalg.norm(spin))
+    ends = []
+    for integrator in ("taylor", "exact"):
+        sim = Simulation(Body(2.0, (0.1, 0.2, 0.25)), state, rate=1.0, integrator=integrator)
+        sim.step()
+        ends.append(sim.state.orientation)
+    difference = rotation.angle_between(*ends)
+    assert difference < EPS * (1 + angle) * (4 + 8 * math.sqrt(angle))  # measured 0.29 of that at most
+
+
 @needs_numba
 def test_sums_without_their_low_order_parts_are_worse():
     """Small steps, where an increment has few digits left beside the number that it is added to."""

@@ -1,0 +1,65 @@
+"""Rotation without torque in closed form, for any time in one evaluation; see physics.exact.
+
+n steps are one evaluation over n h, so they cost what one costs, and the error of the attitude depends on the angle
+turned since the wrench last changed, not on the number of steps.
+"""
+
+from ..physics.compiled import kernel
+from ..physics.exact import WORK_SIZE as _TURN_SIZE
+from ..physics.exact import turn_freely
+from ..physics.forces import FORCE_WORLD, MASS, reduce_wrench
+from ..physics.state import SIZE, P, X, add_compensated, is_finite
+from .base import Integrator
+
+_BACKUP = _TURN_SIZE  # the state before the steps
+WORK_SIZE = _BACKUP + SIZE
+
+
+@kernel
+def steps(state, model, work, h, n):
+    """Advance by up to n steps of h [s]; see base.Integrator."""
+    reduce_wrench(model)
+    for i in range(SIZE):
+        work[_BACKUP + i] = state[i]
+    if _advance(state, model, work, n * h):
+        return n
+    done, too_many = 0, n
+    while too_many - done > 1:  # how many can be done, by bisection
+        trial = (done + too_many) // 2
+        if _advance(state, model, work, trial * h):
+            done = trial
+        else:
+            too_many = trial
+    _advance(state, model, work, done * h)
+    return done
+
+
+@kernel
+def _advance(state, model, work, t):
+    """The state t [s] after the one in the backup; False when there is none. For t = 0 it is that one."""
+    for i in range(SIZE):
+        state[i] = work[_BACKUP + i]
+    if t == 0.0:
+        return True
+    m = model[MASS]
+    for i in range(3):
+        force = model[FORCE_WORLD + i]
+        add_compensated(state, X + i, state[P + i] * t / m + t * t * (0.5 * force) / m)
+        add_compensated(state, P + i, t * force)
+    return turn_freely(state, model, work, t) and is_finite(state)
+
+
+INTEGRATOR = Integrator(
+    name="exact",
+    order=None,
+    explicit=True,
+    steps=steps,
+    work_size=WORK_SIZE,
+    reversible=True,
+    torque_free_only=True,
+    one_evaluation=True,
+    text=(
+        "Closed form of the motion without torque (Jacobi elliptic functions), for a force in world axes at most; any "
+        "other wrench is refused. A run of any length is one evaluation, and its error does not depend on the rate."
+    ),
+)

@@ -1,0 +1,64 @@
+"""Explicit Euler for the rotation matrix, R ← R + h R ω*, made a rotation again after each step (theory 2.7's warning).
+
+The rotation nearest to R (1 + h ω*), its polar factor, turns R about ω by arctan(h |ω|): 1 + h ω* leaves the axis alone
+and turns and stretches the plane across it. So the step needs no matrix here, and the state keeps its quaternion; that
+both are the same is tested. Without re-orthonormalisation R stops being a rotation, which no attitude can express: see
+physics.rotation_matrix for that.
+"""
+
+import math
+
+from ..physics.compiled import kernel
+from ..physics.forces import MASS, force_world, rates_principal, reduce_wrench, torque_principal
+from ..physics.rotation import qmultiply, qrotate
+from ..physics.state import SIZE, L, P, Q, X, add_to_attitude, is_finite
+from .base import Integrator
+
+WORK_SIZE = SIZE  # the state before the step
+
+
+@kernel
+def steps(state, model, work, h, n):
+    """Advance by up to n steps of h [s]; see base.Integrator."""
+    reduce_wrench(model)
+    for done in range(n):
+        for i in range(SIZE):
+            work[i] = state[i]
+        _step(state, model, h)
+        if not is_finite(state):
+            for i in range(SIZE):
+                state[i] = work[i]
+            return done
+    return n
+
+
+@kernel
+def _step(state, model, h):
+    """All four unknowns from their rates at the start of the step."""
+    qw, qx, qy, qz = state[Q], state[Q + 1], state[Q + 2], state[Q + 3]
+    wx, wy, wz = rates_principal(model, qw, qx, qy, qz, state[L], state[L + 1], state[L + 2])
+    fx, fy, fz = force_world(model, qw, qx, qy, qz)
+    tx, ty, tz = torque_principal(model, qw, qx, qy, qz)
+    tx, ty, tz = qrotate(qw, qx, qy, qz, tx, ty, tz)
+    for i in range(3):
+        state[X + i] += h * state[P + i] / model[MASS]
+    state[P], state[P + 1], state[P + 2] = state[P] + h * fx, state[P + 1] + h * fy, state[P + 2] + h * fz
+    state[L], state[L + 1], state[L + 2] = state[L] + h * tx, state[L + 1] + h * ty, state[L + 2] + h * tz
+    ax, ay, az = h * wx, h * wy, h * wz
+    # tan(½ arctan a) ω / |ω| = t ω h, as a = tan φ gives tan(φ/2) = a / (1 + √(1 + a²)): q ⊗ (1, t h ω), not normalised
+    t = 1.0 / (1.0 + math.sqrt(1.0 + (ax * ax + ay * ay + az * az)))
+    dw, dx, dy, dz = qmultiply(qw, qx, qy, qz, 0.0, t * ax, t * ay, t * az)
+    add_to_attitude(state, dw, dx, dy, dz)
+
+
+INTEGRATOR = Integrator(
+    name="matrix_euler",
+    order=1,
+    explicit=True,
+    steps=steps,
+    work_size=WORK_SIZE,
+    text=(
+        "Explicit Euler for a rotation matrix, re-orthonormalised after each step: the method that the theory chapter "
+        "warns of. First order, and it gains energy."
+    ),
+)

@@ -1,0 +1,56 @@
+"""Numbers of twice the precision as sums of two floats (high, low), for the few places where differences lose digits.
+
+Source: Dekker, Numer. Math. 18 (1971) 224. Relative error a few 2⁻¹⁰⁴ as long as nothing overflows (above 1e300) and
+the low parts do not underflow (below 1e-290).
+"""
+
+from .compiled import kernel
+
+_SPLITTER = 134217729.0  # 2²⁷ + 1: splits a float into two halves of 26 bits
+
+
+@kernel
+def two_sum(a, b):
+    """a + b as (rounded sum, what rounding dropped), exactly; Knuth, TAOCP vol. 2, 4.2.2."""
+    total = a + b
+    kept = total - a
+    return total, (a - (total - kept)) + (b - kept)
+
+
+@kernel
+def two_product(a, b):
+    """a · b as (rounded product, what rounding dropped), exactly."""
+    t = _SPLITTER * a
+    a_high = t - (t - a)
+    a_low = a - a_high
+    t = _SPLITTER * b
+    b_high = t - (t - b)
+    b_low = b - b_high
+    product = a * b
+    return product, ((a_high * b_high - product) + a_high * b_low + a_low * b_high) + a_low * b_low
+
+
+@kernel
+def xadd(ah, al, bh, bl):
+    """Sum of two extended numbers."""
+    high, low = two_sum(ah, bh)
+    more, rest = two_sum(al, bl)
+    high, low = two_sum(high, low + more)
+    return two_sum(high, low + rest)
+
+
+@kernel
+def xmultiply(ah, al, bh, bl):
+    """Product of two extended numbers."""
+    high, low = two_product(ah, bh)
+    return two_sum(high, low + (ah * bl + al * bh))
+
+
+@kernel
+def xdot(ah, al, bh, bl, ch, cl, dh, dl, eh, el, fh, fl):
+    """a b + c d + e f of extended numbers."""
+    h, l = xmultiply(ah, al, bh, bl)
+    gh, gl = xmultiply(ch, cl, dh, dl)
+    h, l = xadd(h, l, gh, gl)
+    gh, gl = xmultiply(eh, el, fh, fl)
+    return xadd(h, l, gh, gl)
