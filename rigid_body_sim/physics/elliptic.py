@@ -1,7 +1,7 @@
 """Elliptic integrals and functions, in terms of the complementary parameter 1 − k², which keeps its digits near k = 1.
 
-Sources: Carlson, Numer. Algorithms 10 (1995) 13 (symmetric integrals, by duplication); Bulirsch, Numer. Math. 7 (1965)
-78 (Jacobi's functions, by descending Landen transformations).
+Sources: Carlson, Numerical Algorithms 10 (1995) 13 (symmetric integrals, by duplication); Bulirsch, Numerische
+Mathematik 7 (1965) 78 (Jacobi's functions, by descending Landen transformations).
 """
 
 import math

@@ -1,7 +1,7 @@
 """Numbers of twice the precision as sums of two floats (high, low), for the few places where differences lose digits.
 
-Source: Dekker, Numer. Math. 18 (1971) 224. Relative error a few 2⁻¹⁰⁴ as long as nothing overflows (above 1e300) and
-the low parts do not underflow (below 1e-290).
+Source: Dekker, Numerische Mathematik 18 (1971) 224. Relative error a few 2⁻¹⁰⁴ as long as nothing overflows
+(above 1e300) and the low parts do not underflow (below 1e-290).
 """
 
 from .compiled import kernel
