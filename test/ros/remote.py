@@ -146,7 +146,13 @@ class Remote:
 
     def clear(self):
         """Forget what was published, in pairs: a pose may be here before its twist."""
+        self._pair_up()
         self._forget(min(len(self.poses), len(self.twists)))
+
+    def _pair_up(self):
+        """Drop first messages without a partner: the two subscriptions are connected at different moments."""
+        while self.poses and self.twists and stamp_ns(self.poses[0]) != stamp_ns(self.twists[0]):
+            del min(self.poses, self.twists, key=lambda messages: stamp_ns(messages[0]))[0]
 
     def _forget(self, count):
         del self.poses[:count], self.twists[:count]
