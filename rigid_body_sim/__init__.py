@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from .physics.body import Body
+    from .physics.resistance import Drag, Tether
     from .physics.state import BodyState, State
     from .physics.wrench import Wrench
     from .scene.loader import Scene, load_scene
@@ -12,16 +13,30 @@ if TYPE_CHECKING:
 
 __version__ = "0.1.0"
 
-__all__ = ["Body", "BodyState", "Scene", "Simulation", "SimulationError", "Snapshot", "State", "Wrench", "load_scene"]
+__all__ = [
+    "Body",
+    "BodyState",
+    "Drag",
+    "Scene",
+    "Simulation",
+    "SimulationError",
+    "Snapshot",
+    "State",
+    "Tether",
+    "Wrench",
+    "load_scene",
+]
 
 _HOMES = {
     "Body": "physics.body",
     "BodyState": "physics.state",
+    "Drag": "physics.resistance",
     "Scene": "scene.loader",
     "Simulation": "simulation",
     "SimulationError": "simulation",
     "Snapshot": "simulation",
     "State": "physics.state",
+    "Tether": "physics.resistance",
     "Wrench": "physics.wrench",
     "load_scene": "scene.loader",
 }

@@ -3,6 +3,7 @@
 import math
 import operator
 import struct
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,6 +14,7 @@ from .physics import compiled
 from .physics import state as flat
 from .physics.body import Body
 from .physics.forces import WRENCH, new_model
+from .physics.resistance import NO_DRAG, Drag, Tether
 from .physics.state import BodyState, State
 from .physics.wrench import Wrench, three_finite
 from .scene.loader import Scene
@@ -57,11 +59,16 @@ class Simulation:
         Acceleration [m/s²] of free fall, world axes.
     integrator : str
         A name in the registry, ``rigid_body_sim.integrators.REGISTRY``.
+    drag : Drag
+    tethers : sequence of Tether
+    rtol : float
+        Relative error that an error-controlled integrator may make in a step.
 
     Raises
     ------
     ValueError
-        A rate outside (0, 1e6] Hz, gravity that is not three finite numbers, an unknown integrator.
+        A rate outside (0, 1e6] Hz, gravity that is not three finite numbers, an unknown integrator, or one that leaves
+        out the drag or the tethers given; rtol outside [1e-13, 1].
     """
 
     def __init__(
@@ -72,12 +79,16 @@ class Simulation:
         rate: float = 1000.0,
         gravity: ArrayLike = (0.0, 0.0, 0.0),
         integrator: str = "taylor",
+        drag: Drag = NO_DRAG,
+        tethers: Sequence[Tether] = (),
+        rtol: float = 1e-9,
     ):
         self._rate = float(rate)
         if not 0.0 < self._rate <= HIGHEST_RATE:
             raise ValueError(f"rate {self._rate:.9g} Hz is not between 0 (excluded) and {HIGHEST_RATE:g} Hz")
         self.integrator = integrators.get(integrator)
-        self._body = body
+        self._body, self._drag, self._tethers, self._rtol = body, drag, tuple(tethers), float(rtol)
+        self._check_resistance()
         self._gravity = np.array(three_finite(gravity, "gravity"))
         self._gravity.flags.writeable = False
         self.initial_state = State() if state is None else state
@@ -87,7 +98,7 @@ class Simulation:
         self._rate_ratio = self._rate.as_integer_ratio()
         self._work = np.zeros(self.integrator.work_size)
         self._out = np.zeros(flat.OUT_SIZE)
-        model = new_model(self.body, self.gravity, Wrench())
+        model = self._new_model(Wrench())
         self._state = flat.flatten(self.initial_state, model)
         self._steps_kernel = compiled.ready(self.integrator.steps, self._state, model, self._work, self._h, 1)
         self._read_kernel = compiled.ready(flat.read_out, self._state, model, self._out)
@@ -237,6 +248,16 @@ class Simulation:
             )
         return max(1, round(hold * self._rate))
 
+    def _check_resistance(self) -> None:
+        if (self._tethers or any(self._drag.values)) and not self.integrator.resisted:
+            able = ", ".join(name for name, one in integrators.REGISTRY.items() if one.resisted)
+            raise ValueError(f"integrator {self.integrator.name!r} leaves out drag and tethers; choose one of {able}")
+        if not 1e-13 <= self._rtol <= 1.0:
+            raise ValueError(f"rtol {self._rtol:g} is not between 1e-13 and 1; try 1e-9")
+
+    def _new_model(self, wrench: Wrench) -> NDArray:
+        return new_model(self.body, self.gravity, wrench, self._drag, self._tethers, self._rtol)
+
     def _step_from_origin(self, n: int) -> int:
         """Advance by n steps in one evaluation from where the wrench last changed; return how many were done."""
         steps, state = self._origin
@@ -249,7 +270,7 @@ class Simulation:
         if refusal:
             raise ValueError(refusal)
         self._origin = (self.steps, self._state.copy()) if self.integrator.one_evaluation else None
-        self._model = new_model(self.body, self.gravity, wrench)
+        self._model = self._new_model(wrench)
         self._model_bytes = memoryview(self._model).cast("B")
         self._wrench = wrench
         self._expiry: int | None = None

@@ -29,6 +29,8 @@ class Integrator:
     reversible: bool = False  # with all momenta turned round, it goes back the way that it came, to round-off
     torque_free_only: bool = False  # needs a wrench that neither turns the body nor turns with it: see ``refusal``
     one_evaluation: bool = False
+    resisted: bool = False  # whether it takes drag and tethers into account
+    adaptive: bool = False  # whether it keeps its error below rtol inside each step
 
     def refusal(self, wrench: Wrench) -> str:
         """Why this integrator cannot be given ``wrench``, as a sentence; empty when it can."""

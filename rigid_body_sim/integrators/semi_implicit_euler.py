@@ -1,8 +1,9 @@
 """What game engines do: momenta first, then position and attitude from the new momenta, all to first order."""
 
 from ..physics.compiled import kernel
-from ..physics.forces import MASS, force_world, rates_principal, reduce_wrench, torque_principal
-from ..physics.rotation import qmultiply, qrotate
+from ..physics.forces import MASS, rates_principal, reduce_wrench
+from ..physics.motion import loads
+from ..physics.rotation import qmultiply
 from ..physics.state import SIZE, L, P, Q, X, add_to_attitude, copy, is_finite
 from .base import Integrator
 
@@ -25,9 +26,7 @@ def steps(state, model, work, h, n):
 @kernel
 def _step(state, model, h):
     qw, qx, qy, qz = state[Q], state[Q + 1], state[Q + 2], state[Q + 3]
-    fx, fy, fz = force_world(model, qw, qx, qy, qz)
-    tx, ty, tz = torque_principal(model, qw, qx, qy, qz)
-    tx, ty, tz = qrotate(qw, qx, qy, qz, tx, ty, tz)
+    fx, fy, fz, tx, ty, tz = loads(model, state, 0, qw, qx, qy, qz)
     state[P], state[P + 1], state[P + 2] = state[P] + h * fx, state[P + 1] + h * fy, state[P + 2] + h * fz
     state[L], state[L + 1], state[L + 2] = state[L] + h * tx, state[L + 1] + h * ty, state[L + 2] + h * tz
     for i in range(3):
@@ -44,5 +43,6 @@ INTEGRATOR = Integrator(
     explicit=True,
     steps=steps,
     work_size=WORK_SIZE,
+    resisted=True,
     text="Semi-implicit Euler with a normalised quaternion, as in game engines, for comparison: first order.",
 )

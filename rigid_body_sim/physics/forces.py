@@ -8,11 +8,14 @@ seen from the body. So any number of them is ``Σ_i A_i Rᵀ B_i`` with at most 
 matrices A_i (principal axes): one carried vector when all are parallel, the three world axes otherwise.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .body import Body
 from .compiled import kernel
+from .resistance import NO_DRAG, TETHER_SIZE, Drag, Tether
 from .rotation import cross, qrotate, qrotate_back
 from .wrench import Wrench
 
@@ -24,7 +27,12 @@ GRAVITY = 11  # world, 3
 WRENCH = 14  # the twelve values of Wrench.values
 N_POINTS = 26
 EULER = 27  # (I_y − I_z) / I_x and its cyclic companions, the coefficients of Euler's equation (theory 2.5.6), 3
-REDUCED = 30
+RESISTED = 30  # 1 when drag or a tether acts
+DRAG = 31  # the twelve coefficients of resistance.Drag.values
+N_TETHERS = 43
+TETHERS_AT = 44  # where the tethers begin, behind the points
+RTOL = 45  # relative error that an error-controlled integrator may make in a step
+REDUCED = 46
 FORCE = REDUCED  # force in principal axes, 3
 TORQUE = REDUCED + 3  # torque about the centre of mass in principal axes, 3
 FORCE_WORLD = REDUCED + 6  # force in world axes, gravity included, 3
@@ -35,9 +43,17 @@ ARMS = REDUCED + 20  # A_i, 3 x 9
 POINTS = REDUCED + 47  # point (body axes from the origin) and force (world), 6 each
 
 
-def new_model(body: Body, gravity: ArrayLike, wrench: Wrench) -> NDArray:
-    """Model array for a body [SI, body axes], gravity [m/s², world] and a held wrench."""
-    model = np.zeros(POINTS + 6 * len(wrench.points))
+def new_model(
+    body: Body,
+    gravity: ArrayLike,
+    wrench: Wrench,
+    drag: Drag = NO_DRAG,
+    tethers: Sequence[Tether] = (),
+    rtol: float = 1e-9,
+) -> NDArray:
+    """Model array for a body [SI, body axes], gravity [m/s², world], a held wrench, drag and tethers."""
+    tethers_at = POINTS + 6 * len(wrench.points)
+    model = np.zeros(tethers_at + TETHER_SIZE * len(tethers))
     model[MASS] = body.mass
     model[MOMENTS : MOMENTS + 3] = body.principal_moments
     model[Q_BODY_PRINCIPAL : Q_BODY_PRINCIPAL + 4] = body.q_body_principal
@@ -45,7 +61,14 @@ def new_model(body: Body, gravity: ArrayLike, wrench: Wrench) -> NDArray:
     model[GRAVITY : GRAVITY + 3] = gravity
     model[WRENCH : WRENCH + 12] = wrench.values
     model[N_POINTS] = len(wrench.points)
-    model[POINTS:] = np.ravel(wrench.points)
+    model[POINTS:tethers_at] = np.ravel(wrench.points)
+    model[DRAG : DRAG + 12] = drag.values
+    model[N_TETHERS], model[TETHERS_AT] = len(tethers), tethers_at
+    for k, tether in enumerate(tethers):
+        row = tethers_at + TETHER_SIZE * k
+        model[row : row + TETHER_SIZE] = tether.row(body.center_of_mass)
+    model[RESISTED] = 1.0 if tethers or any(drag.values) else 0.0
+    model[RTOL] = rtol
     x, y, z = body.principal_moments
     model[EULER : EULER + 3] = (y - z) / x, (z - x) / y, (x - y) / z
     return model

@@ -57,8 +57,8 @@ def hardest(integrator):
 
 
 def simulate(integrator, wrench=None, steps=100, rate=100.0, body=BODY, state=STATE, gravity=(0.0, 0.0, 0.0)):
-    """A simulation after so many steps."""
-    sim = Simulation(body, state, rate=rate, gravity=gravity, integrator=integrator)
+    """A simulation after so many steps, without error control inside them, so that the order shows."""
+    sim = Simulation(body, state, rate=rate, gravity=gravity, integrator=integrator, rtol=1.0)
     if wrench is not None:
         sim.set_wrench(wrench)
     sim.step(steps)
@@ -195,7 +195,7 @@ def test_reversible_method_goes_back_the_way_it_came(integrator, wrench):
 
 @over({"hardest": EVERYTHING}, lambda integrator: not integrator.reversible)
 def test_other_methods_do_not_go_back(integrator, wrench):
-    assert way_back(integrator, wrench) > 1e-10  # measured 8e-9 for rkmk4, 0.2 for matrix_euler
+    assert way_back(integrator, wrench) > 1e-12  # measured 3e-11 for rosenbrock, 8e-9 for rkmk4, 0.2 for matrix_euler
 
 
 # The same motion, told differently --------------------------------------------------------------------------------

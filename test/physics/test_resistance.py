@@ -1,0 +1,127 @@
+"""Drag and tethers: closed forms, equilibria, energy, and the exact derivative that implicit integrators use."""
+
+import math
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from rigid_body_sim import Body, Drag, Simulation, State, Tether, Wrench
+from rigid_body_sim.integrators import rosenbrock
+from rigid_body_sim.physics import forces, invariants, motion, rotation
+from rigid_body_sim.physics import state as flat
+
+BODY = Body(2.0, (0.3, 0.4, 0.5, 0.02, -0.03, 0.04), (0.05, -0.02, 0.03))
+BALL = Body(2.0, (0.1, 0.1, 0.1))
+TURNED = (0.3, -0.5, 0.2, 0.8)
+DRAG = Drag((1.0, 2.0, 3.0), (4.0, 5.0, 6.0), (0.1, 0.2, 0.3), (0.4, 0.5, 0.6))
+TETHERS = [
+    Tether((0.1, 0.2, 0.3), (1.0, 1.0, 2.0), 0.5, 30.0, 2.0),
+    Tether((-0.1, 0, 0.3), (-1, 1, -2), 3.9, 30.0, 2.0, False),
+]
+
+
+def run(seconds, state, body=BALL, rate=200.0, integrator="rosenbrock", **what):
+    sim = Simulation(body, state, rate=rate, integrator=integrator, rtol=1e-10, **what)
+    sim.step(round(seconds * rate))
+    return sim.state
+
+
+def test_linear_drag_slows_exponentially_along_each_body_axis():
+    v_body = np.array((1.0, -2.0, 0.5))
+    start = State(orientation=TURNED, velocity=rotation.rotate(TURNED, v_body))
+    end = run(1.5, start, drag=Drag(linear=(1.0, 3.0, 0.2)))
+    expected = rotation.rotate(TURNED, v_body * np.exp(-1.5 / 2.0 * np.array((1.0, 3.0, 0.2))))
+    assert_allclose(end.velocity, expected, rtol=0, atol=1e-9)  # measured 3e-12
+
+
+def test_quadratic_drag_slows_hyperbolically():
+    end = run(1.5, State(velocity=(3.0, 0.0, 0.0)), drag=Drag(quadratic=(0.8, 0.0, 0.0)))
+    assert end.velocity[0] == pytest.approx(3.0 / (1.0 + 0.8 * 3.0 * 1.5 / 2.0), rel=1e-9)  # measured 2e-12
+    assert end.position[0] == pytest.approx(2.0 / 0.8 * math.log(1.0 + 0.8 * 3.0 * 1.5 / 2.0), rel=1e-9)  # 1e-12
+
+
+def test_angular_drag_slows_a_spin():
+    linear = run(1.5, State(angular_velocity=(0, 0, 4.0)), drag=Drag(angular_linear=(0, 0, 0.05)))
+    assert linear.angular_velocity[2] == pytest.approx(4.0 * math.exp(-0.05 * 1.5 / 0.1), rel=1e-9)
+    quadratic = run(1.5, State(angular_velocity=(0, 0, 4.0)), drag=Drag(angular_quadratic=(0, 0, 0.05)))
+    assert quadratic.angular_velocity[2] == pytest.approx(4.0 / (1.0 + 0.05 * 4.0 * 1.5 / 0.1), rel=1e-9)
+
+
+def test_mass_on_a_spring_swings_as_a_cosine():
+    spring = Tether(anchor=(0, 0, 0), rest_length=0.0, stiffness=8.0, slack=False)  # ω = 2 rad/s
+    end = run(3.0, State(position=(0.0, 0.0, -1.0)), tethers=[spring])
+    assert_allclose(end.position, (0, 0, -math.cos(6.0)), rtol=0, atol=1e-8)  # measured 1e-11
+
+
+def test_body_hangs_still_below_its_anchor():
+    tether = Tether((0, 0, 0.2), (0, 0, 0), rest_length=1.0, stiffness=2000.0, damping=200.0)
+    end = run(
+        30.0,
+        State(position=(0.01, 0, -1.1)),
+        gravity=(0, 0, -9.80665),
+        tethers=[tether],
+        drag=Drag((2.0,) * 3, angular_linear=(0.1,) * 3),
+    )
+    assert_allclose(end.position, (0, 0, -1.2 - 2.0 * 9.80665 / 2000.0), rtol=0, atol=1e-6)
+    assert_allclose(end.velocity, 0.0, rtol=0, atol=1e-6)
+
+
+def test_slack_tether_neither_pulls_nor_pushes():
+    tether = Tether(anchor=(0, 0, 0), rest_length=5.0, stiffness=1e4, damping=1e3)
+    end = run(1.0, State(position=(1.0, 0, 0), velocity=(0.5, 0.25, 0)), tethers=[tether])
+    assert_allclose(end.velocity, (0.5, 0.25, 0), rtol=0, atol=1e-13)
+    stick = Tether(anchor=(0, 0, 0), rest_length=5.0, stiffness=1e4, damping=1e3, slack=False)
+    assert run(0.01, State(position=(1.0, 0, 0)), tethers=[stick]).velocity[0] > 1.0  # pushed towards its length
+
+
+def test_resistance_only_takes_energy():
+    sim = Simulation(
+        BODY, State(velocity=(1, 2, 3), angular_velocity=(3, -2, 1)), integrator="rk4", rate=1000.0, drag=DRAG
+    )
+    energies = []
+    for _ in range(50):
+        energies.append(invariants.kinetic_energy(BODY, sim.state))
+        sim.step(20)
+    assert (np.diff(energies) < 0.0).all()
+
+
+def test_change_is_the_derivative_of_the_motion():
+    """Column by column against differences of the fourth order; one wrong sign shows as an error of order 1."""
+    wrench = Wrench((1, 2, 3), (0.1, 0.2, 0.3), (1, 0, -1), (0.3, 0.2, 0.1), [((0.1, 0.2, 0.3), (3, 2, 1))])
+    model = forces.new_model(BODY, (0, 0, -9.8), wrench, DRAG, TETHERS)
+    forces.reduce_wrench(model)
+    y = flat.flatten(State((0.3, 0.2, 0.1), TURNED, (1.0, -0.5, 0.3), (0.4, -1.0, 0.7)), model)
+    work = np.zeros(rosenbrock.WORK_SIZE)
+
+    def slope(z):
+        work[rosenbrock._Z : rosenbrock._Z + 12] = z
+        rosenbrock._slope(y, model, work, rosenbrock._U)
+        return work[rosenbrock._U : rosenbrock._U + 12].copy()
+
+    h = 1e-4
+    for direction in np.eye(12):
+        out = np.zeros(12)
+        motion.change(model, y, 0, direction, 0, out, 0)
+        d = h * direction
+        difference = (8 * (slope(d) - slope(-d)) - slope(2 * d) + slope(-2 * d)) / (12 * h)
+        assert_allclose(out, difference, rtol=0, atol=1e-8)  # measured 2e-9
+
+
+@pytest.mark.parametrize("bad", [(-1.0, 0, 0), (math.nan, 0, 0), (1.0, 2.0)])
+def test_drag_that_is_none_is_refused(bad):
+    with pytest.raises(ValueError, match="drag quadratic"):
+        Drag(quadratic=bad)
+
+
+@pytest.mark.parametrize("name", ["rest_length", "stiffness", "damping"])
+def test_tether_that_is_none_is_refused(name):
+    with pytest.raises(ValueError, match=f"tether {name} -1 is not a finite number of at least 0"):
+        Tether(**{name: -1.0})
+
+
+def test_integrator_that_leaves_drag_out_is_refused():
+    with pytest.raises(ValueError, match="integrator 'taylor' leaves out drag and tethers; choose one of rk4, "):
+        Simulation(BALL, drag=DRAG)
+    with pytest.raises(ValueError, match="rtol 2 is not between"):
+        Simulation(BALL, rtol=2.0)
