@@ -11,7 +11,7 @@ import math
 from ..physics.compiled import kernel
 from ..physics.forces import MASS, force_world, rates_principal, reduce_wrench, torque_principal
 from ..physics.rotation import qmultiply, qrotate
-from ..physics.state import SIZE, L, P, Q, X, add_to_attitude, is_finite
+from ..physics.state import SIZE, L, P, Q, X, add_to_attitude, copy, is_finite
 from .base import Integrator
 
 WORK_SIZE = SIZE  # the state before the step
@@ -22,12 +22,10 @@ def steps(state, model, work, h, n):
     """Advance by up to n steps of h [s]; see base.Integrator."""
     reduce_wrench(model)
     for done in range(n):
-        for i in range(SIZE):
-            work[i] = state[i]
+        copy(state, 0, work, 0)
         _step(state, model, h)
         if not is_finite(state):
-            for i in range(SIZE):
-                state[i] = work[i]
+            copy(work, 0, state, 0)
             return done
     return n
 

@@ -10,7 +10,7 @@ import math
 from ..physics.compiled import kernel
 from ..physics.forces import MASS, force_world, rates_principal, reduce_wrench, torque_principal
 from ..physics.rotation import cross, qmultiply, qrotate
-from ..physics.state import SIZE, L, P, Q, X, add_to_attitude, is_finite
+from ..physics.state import SIZE, L, P, Q, X, add_to_attitude, copy, is_finite
 from .base import Integrator
 
 _X, _TURN, _P, _L, _UNKNOWNS = 0, 3, 6, 9, 12  # unknowns of a step: x, θ, P, L
@@ -26,12 +26,10 @@ def steps(state, model, work, h, n):
     """Advance by up to n steps of h [s]; see base.Integrator."""
     reduce_wrench(model)
     for done in range(n):
-        for i in range(SIZE):
-            work[_BACKUP + i] = state[i]
+        copy(state, 0, work, _BACKUP)
         _step(state, model, work, h)
         if not is_finite(state):
-            for i in range(SIZE):
-                state[i] = work[_BACKUP + i]
+            copy(work, _BACKUP, state, 0)
             return done
     return n
 

@@ -12,7 +12,7 @@ import math
 from ..physics.compiled import kernel
 from ..physics.forces import MASS, MOMENTS, force_world, reduce_wrench, torque_principal
 from ..physics.rotation import qmultiply, qrotate, qrotate_back
-from ..physics.state import SIZE, L, P, Q, X, add_compensated, add_to_attitude, is_finite
+from ..physics.state import SIZE, L, P, Q, X, add_compensated, add_to_attitude, copy, is_finite
 from .base import Integrator
 
 _OUTER = 1.0 / (4.0 - 4.0 ** (1.0 / 3.0))  # Suzuki's step, taken twice before and twice after the one in the middle
@@ -28,12 +28,10 @@ def steps(state, model, work, h, n):
     """Advance by up to n steps of h [s] of order 2; see base.Integrator."""
     reduce_wrench(model)
     for done in range(n):
-        for i in range(SIZE):
-            work[_BACKUP + i] = state[i]
+        copy(state, 0, work, _BACKUP)
         _step(state, model, work, h)
         if not is_finite(state):
-            for i in range(SIZE):
-                state[i] = work[_BACKUP + i]
+            copy(work, _BACKUP, state, 0)
             return done
     return n
 
@@ -43,13 +41,11 @@ def steps4(state, model, work, h, n):
     """Advance by up to n steps of h [s] of order 4; see base.Integrator."""
     reduce_wrench(model)
     for done in range(n):
-        for i in range(SIZE):
-            work[_BACKUP + i] = state[i]
+        copy(state, 0, work, _BACKUP)
         for stage in range(5):
             _step(state, model, work, (_INNER if stage == 2 else _OUTER) * h)
         if not is_finite(state):
-            for i in range(SIZE):
-                state[i] = work[_BACKUP + i]
+            copy(work, _BACKUP, state, 0)
             return done
     return n
 
