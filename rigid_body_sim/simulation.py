@@ -93,7 +93,6 @@ class Simulation:
         self._gravity.flags.writeable = False
         self.initial_state = State() if state is None else state
         self.steps = 0
-        self._picky = self.integrator.torque_free_only or self.integrator.one_evaluation
         self._h = 1.0 / self._rate
         self._rate_ratio = self._rate.as_integer_ratio()
         self._work = np.zeros(self.integrator.work_size)
@@ -160,12 +159,11 @@ class Simulation:
         Raises ValueError, and changes nothing, for a wrench that the integrator cannot be given.
         """
         expiry = None if hold is None else self.steps + self._steps_held(hold)
-        if self._picky or wrench.points or self._wrench.points:
-            if wrench != self._wrench:
-                self._install(wrench)
-        else:
+        if self._plain and not wrench.points:
             _PACK_WRENCH(self._model_bytes, _WRENCH_OFFSET, *wrench.values)
             self._wrench = wrench
+        elif wrench != self._wrench:
+            self._install(wrench)
         self._expiry = expiry
 
     def clear_wrench(self) -> None:
@@ -183,13 +181,13 @@ class Simulation:
         if n < 0:
             raise ValueError(f"step({n}): time does not run backwards; give a number of steps of at least 0")
         while n > 0:
-            held = min(n, MOST_AT_ONCE) if self._origin is None else n
-            if self._expiry is not None:
-                held = min(held, self._expiry - self.steps)
-            if self._origin is None:
-                done = self._steps_kernel(self._state, self._model, self._work, self._h, held)
-            else:
+            held = n if self._expiry is None else min(n, self._expiry - self.steps)
+            if self._origin is not None:
                 done = self._step_from_origin(held)
+            else:
+                if held > MOST_AT_ONCE:
+                    held = MOST_AT_ONCE
+                done = self._steps_kernel(self._state, self._model, self._work, self._h, held)
             self.steps += done
             if done < held:
                 raise SimulationError(self._why_stopped())
@@ -274,6 +272,8 @@ class Simulation:
         self._model_bytes = memoryview(self._model).cast("B")
         self._wrench = wrench
         self._expiry: int | None = None
+        # Whether twelve numbers are all that another wrench changes: no points, and an integrator that takes any.
+        self._plain = not (wrench.points or self.integrator.torque_free_only or self.integrator.one_evaluation)
 
     def _why_stopped(self) -> str:
         state = self.state

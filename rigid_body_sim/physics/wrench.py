@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 ZERO = (0.0, 0.0, 0.0)
 NO_POINTS: tuple[()] = ()
+_LEAST, _MOST = -math.inf, math.inf
 
 
 class Wrench:
@@ -47,7 +48,7 @@ class Wrench:
             ux, uy, uz = torque_world
             values = (fx, fy, fz, tx, ty, tz, gx, gy, gz, ux, uy, uz)
             total = fx + fy + fz + tx + ty + tz + gx + gy + gz + ux + uy + uz
-            finite = -math.inf < total < math.inf
+            finite = _LEAST < total < _MOST
         except (TypeError, ValueError, OverflowError):
             finite = False
         if not finite:
