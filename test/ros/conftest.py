@@ -6,6 +6,8 @@ import random
 
 import pytest
 
+from rigid_body_sim import Body, Simulation
+
 os.environ["ROS_DOMAIN_ID"] = str(random.randint(1, 100))
 os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
 
@@ -61,3 +63,9 @@ def connect(context, run_node):
     for remote in remotes:
         if remote.process.popen.poll() is None:  # else a test has failed already
             remote.process.assert_stopped_cleanly()
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _kernels_in_the_cache():
+    """Compiled once here: else the first nodes do it, for many seconds, and say so on stderr."""
+    Simulation(Body(mass=1.0, inertia=(1.0, 1.0, 1.0)))
