@@ -16,6 +16,9 @@ class Integrator:
     was before that step. It is a pure function of its arguments: ``work`` is scratch space of ``work_size`` floats that
     carries nothing over.
 
+    Each file has the few lines of this loop itself: made from a step by a function here it would be a closure, which
+    numba compiles anew in every process instead of finding it in the cache.
+
     With ``one_evaluation``, n steps are one evaluation over n h: a caller that always starts from the state at which
     the wrench last changed accumulates no error, and gets the same bits however the steps are divided into calls.
     """

@@ -8,6 +8,7 @@ came. An integrator is tried with the wrenches that its ``refusal`` lets pass.
 import dataclasses
 import math
 from fractions import Fraction
+from functools import partial
 
 import numpy as np
 import pytest
@@ -290,7 +291,7 @@ def test_body_described_in_turned_axes_moves_the_same(integrator, wrench):
 @over_those_for_every_wrench
 def test_world_turned_as_a_whole_turns_the_motion(integrator):
     tolerance = round_off(integrator)
-    turn = lambda v: rotation.rotate(TURN, v)  # noqa: E731
+    turn = partial(rotation.rotate, TURN)
     turned = State(
         turn(STATE.position), rotation.multiply(TURN, STATE.orientation), turn(STATE.velocity), STATE.angular_velocity
     )

@@ -9,12 +9,11 @@ import sys
 import numpy as np
 import pytest
 
+from rigid_body_sim.physics import rotation
+
 rclpy = pytest.importorskip("rclpy")
+messages = pytest.importorskip("geometry_msgs.msg")
 pytestmark = pytest.mark.ros
-
-from geometry_msgs.msg import PoseStamped, TwistStamped  # noqa: E402
-
-from rigid_body_sim.physics import rotation  # noqa: E402
 
 DOMAIN = {"ROS_DOMAIN_ID": str(random.randint(1, 100)), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
 ORIENTATION, OMEGA = (0.5, -0.5, 0.5, 0.5), np.array((0.1, -0.2, 0.3))
@@ -68,8 +67,8 @@ def make_controller(monkeypatch):
     context.try_shutdown()
 
 
-def pair(omega: np.ndarray, twist_frame: str) -> tuple[PoseStamped, TwistStamped]:
-    pose, twist = PoseStamped(), TwistStamped()
+def pair(omega: np.ndarray, twist_frame: str) -> tuple:
+    pose, twist = messages.PoseStamped(), messages.TwistStamped()
     pose.header.frame_id, twist.header.frame_id = "world", twist_frame
     pose.header.stamp.sec = twist.header.stamp.sec = 7
     q, w = pose.pose.orientation, twist.twist.angular
