@@ -8,7 +8,7 @@ results.
 import hashlib
 import os
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -67,6 +67,15 @@ def kernel(function: Callable) -> Callable:
         return numba.njit(cache=_CACHE is not None, **_OPTIONS)(function)
     finally:
         numba.config.CACHE_DIR = previous
+
+
+def table(rows: Sequence[Sequence[float]], width: int) -> Sequence[float]:
+    """Coefficients for kernels, one row after the other in one sequence, each filled up with zeros to ``width``.
+
+    Compiled code indexes an array at run time, but searches a tuple; Python reads floats from a tuple faster.
+    """
+    flat = tuple(float(value) for row in rows for value in (*row, *(0.0,) * (width - len(row))))
+    return np.array(flat) if ENABLED else flat
 
 
 def ready(function: Callable, *examples: object) -> Callable:

@@ -1,4 +1,4 @@
-"""The equations of motion with every force there is, theory (2.6.1), and their exact derivative along a direction."""
+"""The equations of motion with every force there is, theory (2.6.1), and their exact Jacobian."""
 
 import math
 
@@ -18,8 +18,8 @@ from .forces import (
     rates_principal,
     torque_principal,
 )
-from .resistance import TETHER_SIZE, damp, drag_load, tether_change, tether_load
-from .rotation import cross, qmultiply, qrotate, qrotate_back
+from .resistance import TETHER_SIZE, add_drag_jacobian, add_tether_jacobian, drag_load, tether_load
+from .rotation import cross, qmultiply, qrotate, qrotate_back, unit_vector
 from .state import L, P, Q, X
 
 
@@ -88,14 +88,6 @@ def derivative(model, y, at, slope, to):
 
 
 @kernel
-def change_of_rates(model, y, at, qw, qx, qy, qz, wx, wy, wz, bx, by, bz, lx, ly, lz):
-    """R I₀⁻¹ Rᵀ (δL − b × L): change of ω less its turning b × ω, for changes b of attitude and δL of L (world)."""
-    mx, my, mz = cross(bx, by, bz, y[at + L], y[at + L + 1], y[at + L + 2])
-    sx, sy, sz = rates_principal(model, qw, qx, qy, qz, lx - mx, ly - my, lz - mz)
-    return qrotate(qw, qx, qy, qz, sx, sy, sz)
-
-
-@kernel
 def change_of_wrench(model, qw, qx, qy, qz, bx, by, bz):
     """Change of the held wrench's force and torque (world axes) for a small rotation b of the body."""
     fx, fy, fz = qrotate(qw, qx, qy, qz, model[FORCE], model[FORCE + 1], model[FORCE + 2])
@@ -114,77 +106,62 @@ def change_of_wrench(model, qw, qx, qy, qz, bx, by, bz):
 
 
 @kernel
-def change_of_resistance(model, y, at, qw, qx, qy, qz, wx, wy, wz, d, i, ex, ey, ez):
-    """Change of drag and tether forces and torques (world axes) for the change d[i:i + 12] of the state.
+def jacobian(model, y, at, taut, out, o):
+    """Exact Jacobian of (δx, b, δP, δL)' in world axes, 12 rows of 12 in out[o:o + 144], at the state y[at:].
 
-    (ex, ey, ez) is what ``change_of_rates`` gives for it.
+    The attitude is counted as exp(b) q from the present one, so its own equation is b' = ω − ½ b × ω + ...; with
+    ω = A L and A = R I₀⁻¹ Rᵀ, ω changes by A δL + (A [L]× − [ω]×) b. ``taut`` counts slack tethers as pulling.
     """
-    m = model[MASS]
-    vx, vy, vz = y[at + P] / m, y[at + P + 1] / m, y[at + P + 2] / m
-    bx, by, bz = d[i + 3], d[i + 4], d[i + 5]
-    cx, cy, cz = d[i + 6] / m, d[i + 7] / m, d[i + 8] / m
-    rw, rx, ry, rz = body_attitude(model, qw, qx, qy, qz)
-    fx, fy, fz, tx, ty, tz = drag_load(model, DRAG, rw, rx, ry, rz, vx, vy, vz, wx, wy, wz)
-    fx, fy, fz = cross(bx, by, bz, fx, fy, fz)
-    tx, ty, tz = cross(bx, by, bz, tx, ty, tz)
-    sx, sy, sz = cross(bx, by, bz, vx, vy, vz)
-    gx, gy, gz = damp(model, DRAG, rw, rx, ry, rz, vx, vy, vz, cx - sx, cy - sy, cz - sz)
-    hx, hy, hz = damp(model, DRAG + 6, rw, rx, ry, rz, wx, wy, wz, ex, ey, ez)
-    fx, fy, fz, tx, ty, tz = fx + gx, fy + gy, fz + gz, tx + hx, ty + hy, tz + hz
-    sx, sy, sz = cross(bx, by, bz, wx, wy, wz)
-    for n in range(int(model[N_TETHERS])):
-        k = int(model[TETHERS_AT]) + TETHER_SIZE * n
-        gx, gy, gz, hx, hy, hz = tether_change(
-            model,
-            k,
-            rw,
-            rx,
-            ry,
-            rz,
-            y[at + X],
-            y[at + X + 1],
-            y[at + X + 2],
-            vx,
-            vy,
-            vz,
-            wx,
-            wy,
-            wz,
-            d[i],
-            d[i + 1],
-            d[i + 2],
-            bx,
-            by,
-            bz,
-            cx,
-            cy,
-            cz,
-            ex + sx,
-            ey + sy,
-            ez + sz,
-        )
-        fx, fy, fz, tx, ty, tz = fx + gx, fy + gy, fz + gz, tx + hx, ty + hy, tz + hz
-    return fx, fy, fz, tx, ty, tz
+    for i in range(144):
+        out[o + i] = 0.0
+    qw, qx, qy, qz = unit_attitude(y, at)
+    lx, ly, lz = y[at + L], y[at + L + 1], y[at + L + 2]
+    wx, wy, wz = rates_world(model, y, at, qw, qx, qy, qz)
+    for i in range(3):
+        ix, iy, iz = unit_vector(i)
+        out[o + 12 * i + 6 + i] = 1.0 / model[MASS]
+        ax, ay, az = rates_principal(model, qw, qx, qy, qz, ix, iy, iz)
+        ax, ay, az = qrotate(qw, qx, qy, qz, ax, ay, az)
+        bx, by, bz = cross(ax, ay, az, lx, ly, lz)
+        cx, cy, cz = cross(ix, iy, iz, wx, wy, wz)
+        row = o + 36 + 12 * i
+        out[row + 3], out[row + 4], out[row + 5] = bx - 0.5 * cx, by - 0.5 * cy, bz - 0.5 * cz
+        out[row + 9], out[row + 10], out[row + 11] = ax, ay, az
+    if model[RESISTED] != 0.0:
+        _add_resistance(model, y, at, taut, qw, qx, qy, qz, wx, wy, wz, out, o)
+    for i in range(3):
+        fx, fy, fz, tx, ty, tz = change_of_wrench(model, qw, qx, qy, qz, *unit_vector(i))
+        c = o + 72 + 3 + i
+        out[c], out[c + 12], out[c + 24] = out[c] + fx, out[c + 12] + fy, out[c + 24] + fz
+        out[c + 36], out[c + 48], out[c + 60] = out[c + 36] + tx, out[c + 48] + ty, out[c + 60] + tz
 
 
 @kernel
-def change(model, y, at, d, i, out, o):
-    """Derivative of the motion along d[i:i + 12] = (δx, b, δP, δL), all in world axes, into out[o:o + 12].
-
-    The attitude is counted as exp(b) q from the present one, so its own equation is b' = ω − ½ b × ω + ...; exact, by
-    the chain rule.
-    """
-    qw, qx, qy, qz = unit_attitude(y, at)
-    wx, wy, wz = rates_world(model, y, at, qw, qx, qy, qz)
-    bx, by, bz = d[i + 3], d[i + 4], d[i + 5]
-    ex, ey, ez = change_of_rates(model, y, at, qw, qx, qy, qz, wx, wy, wz, bx, by, bz, d[i + 9], d[i + 10], d[i + 11])
-    sx, sy, sz = cross(bx, by, bz, wx, wy, wz)
-    fx, fy, fz, tx, ty, tz = change_of_wrench(model, qw, qx, qy, qz, bx, by, bz)
-    if model[RESISTED] != 0.0:
-        gx, gy, gz, hx, hy, hz = change_of_resistance(model, y, at, qw, qx, qy, qz, wx, wy, wz, d, i, ex, ey, ez)
-        fx, fy, fz, tx, ty, tz = fx + gx, fy + gy, fz + gz, tx + hx, ty + hy, tz + hz
-    for j in range(3):
-        out[o + j] = d[i + 6 + j] / model[MASS]
-    out[o + 3], out[o + 4], out[o + 5] = ex + 0.5 * sx, ey + 0.5 * sy, ez + 0.5 * sz
-    out[o + 6], out[o + 7], out[o + 8] = fx, fy, fz
-    out[o + 9], out[o + 10], out[o + 11] = tx, ty, tz
+def _add_resistance(model, y, at, taut, qw, qx, qy, qz, wx, wy, wz, out, o):
+    """Rows of P and L: drag and tethers, first by velocity and rates, which then become momenta and attitude."""
+    m = model[MASS]
+    vx, vy, vz = y[at + P] / m, y[at + P + 1] / m, y[at + P + 2] / m
+    rw, rx, ry, rz = body_attitude(model, qw, qx, qy, qz)
+    add_drag_jacobian(model, DRAG, rw, rx, ry, rz, vx, vy, vz, wx, wy, wz, out, o + 72)
+    x = at + X
+    for i in range(int(model[N_TETHERS])):
+        k = int(model[TETHERS_AT]) + TETHER_SIZE * i
+        add_tether_jacobian(
+            model, k, taut, rw, rx, ry, rz, y[x], y[x + 1], y[x + 2], vx, vy, vz, wx, wy, wz, out, o + 72
+        )
+    for row in range(o + 72, o + 144, 12):
+        sx, sy, sz = out[row + 9], out[row + 10], out[row + 11]
+        a = o + 36 + 9
+        ax = sx * out[a] + sy * out[a + 12] + sz * out[a + 24]
+        ay = sx * out[a + 1] + sy * out[a + 13] + sz * out[a + 25]
+        az = sx * out[a + 2] + sy * out[a + 14] + sz * out[a + 26]
+        bx, by, bz = cross(ax, ay, az, y[at + L], y[at + L + 1], y[at + L + 2])
+        cx, cy, cz = cross(sx, sy, sz, wx, wy, wz)
+        for i in range(3):
+            out[row + 6 + i] /= m
+        out[row + 3], out[row + 4], out[row + 5] = (
+            out[row + 3] + bx - cx,
+            out[row + 4] + by - cy,
+            out[row + 5] + bz - cz,
+        )
+        out[row + 9], out[row + 10], out[row + 11] = ax, ay, az

@@ -7,8 +7,8 @@ Drag acts at the centre of mass, component by component in body axes:
 (the diagonal damping matrices of Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, 2011, section 6.4).
 A tether is a spring and damper between a body-fixed point and a point fixed in the world.
 
-``drag_load`` and ``tether_load`` give force and torque in world axes; ``drag_change`` and ``tether_change`` their exact
-derivatives along a change of the state, from which implicit integrators build the Jacobian.
+``drag_load`` and ``tether_load`` give force and torque in world axes; ``add_drag_jacobian`` and ``add_tether_jacobian``
+their exact derivatives, from which physics.motion builds the Jacobian.
 """
 
 import math
@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .compiled import kernel
-from .rotation import cross, qrotate, qrotate_back
+from .rotation import cross, qrotate, qrotate_back, unit_vector
 from .wrench import ZERO, three_finite
 
 TETHER_SIZE = 10  # body point 3 (from the centre of mass), anchor 3, rest length, stiffness, damping, slack
@@ -113,19 +113,42 @@ def drag_load(model, d, qw, qx, qy, qz, vx, vy, vz, wx, wy, wz):
 
 
 @kernel
-def damp(model, d, qw, qx, qy, qz, ux, uy, uz, cx, cy, cz):
-    """−R diag(∂F/∂u) Rᵀ c at the velocity u, for coefficients at d (linear) and d + 3 (quadratic)."""
-    sx, sy, sz = qrotate_back(qw, qx, qy, qz, ux, uy, uz)
-    bx, by, bz = qrotate_back(qw, qx, qy, qz, cx, cy, cz)
-    return qrotate(
-        qw,
-        qx,
-        qy,
-        qz,
-        -(model[d] + 2.0 * model[d + 3] * abs(sx)) * bx,
-        -(model[d + 1] + 2.0 * model[d + 4] * abs(sy)) * by,
-        -(model[d + 2] + 2.0 * model[d + 5] * abs(sz)) * bz,
-    )
+def add_to_row(out, row, s, ax, ay, az, bx, by, bz, cx, cy, cz, wx, wy, wz):
+    """out[row:row + 12] += s (a, b, c, w)."""
+    out[row], out[row + 1], out[row + 2] = out[row] + s * ax, out[row + 1] + s * ay, out[row + 2] + s * az
+    out[row + 3], out[row + 4], out[row + 5] = out[row + 3] + s * bx, out[row + 4] + s * by, out[row + 5] + s * bz
+    out[row + 6], out[row + 7], out[row + 8] = out[row + 6] + s * cx, out[row + 7] + s * cy, out[row + 8] + s * cz
+    out[row + 9], out[row + 10], out[row + 11] = out[row + 9] + s * wx, out[row + 10] + s * wy, out[row + 11] + s * wz
+
+
+@kernel
+def add_turning(out, o, ax, ay, az):
+    """Three rows of 12 at out[o:]: a vector a that turns with the body changes by b × a with the small rotation b."""
+    out[o + 4], out[o + 5] = out[o + 4] + az, out[o + 5] - ay
+    out[o + 15], out[o + 17] = out[o + 15] - az, out[o + 17] + ax
+    out[o + 27], out[o + 28] = out[o + 27] + ay, out[o + 28] - ax
+
+
+@kernel
+def add_drag_jacobian(model, d, qw, qx, qy, qz, vx, vy, vz, wx, wy, wz, out, o):
+    """Add the derivative of ``drag_load`` to six rows of 12 at out[o:]: of force, then torque.
+
+    Columns are changes of position, attitude (the small rotation b), velocity and rates, in world axes. Along each body
+    axis n the force is −f(n · v) n, and n turns with the body.
+    """
+    fx, fy, fz, tx, ty, tz = drag_load(model, d, qw, qx, qy, qz, vx, vy, vz, wx, wy, wz)
+    add_turning(out, o, fx, fy, fz)
+    add_turning(out, o + 36, tx, ty, tz)
+    for k in range(3):
+        nx, ny, nz = qrotate(qw, qx, qy, qz, *unit_vector(k))
+        f = model[d + k] + 2.0 * model[d + 3 + k] * abs(nx * vx + ny * vy + nz * vz)
+        t = model[d + 6 + k] + 2.0 * model[d + 9 + k] * abs(nx * wx + ny * wy + nz * wz)
+        ax, ay, az = cross(nx, ny, nz, vx, vy, vz)
+        bx, by, bz = cross(nx, ny, nz, wx, wy, wz)
+        for i in range(3):
+            n = nx if i == 0 else ny if i == 1 else nz
+            add_to_row(out, o + 12 * i, -f * n, 0.0, 0.0, 0.0, ax, ay, az, nx, ny, nz, 0.0, 0.0, 0.0)
+            add_to_row(out, o + 36 + 12 * i, -t * n, 0.0, 0.0, 0.0, bx, by, bz, 0.0, 0.0, 0.0, nx, ny, nz)
 
 
 @kernel
@@ -160,28 +183,57 @@ def tether_load(model, k, qw, qx, qy, qz, x, y, z, vx, vy, vz, wx, wy, wz):
 
 
 @kernel
-def tether_change(
-    model, k, qw, qx, qy, qz, x, y, z, vx, vy, vz, wx, wy, wz, ax, ay, az, bx, by, bz, cx, cy, cz, ex, ey, ez
-):
-    """Change of a tether's force and torque for changes of position a, attitude b, velocity c and rates e (world axes).
+def tether_stiffness(model, k, taut, x, y, z, rx, ry, rz, vx, vy, vz, wx, wy, wz):
+    """What a tether's force changes with: F, n, g and s such that δF = −s δp − n (g · δp) − damping n (n · δu).
 
-    The attitude changes by the small rotation b: δr = b × r.
+    p is where the body point is and u its velocity; n is the unit vector from the anchor. All zero where the tether
+    does not pull, unless ``taut``.
+    """
+    nx, ny, nz, length, tension = tether_stretch(model, k, x, y, z, rx, ry, rz, vx, vy, vz, wx, wy, wz)
+    if model[k + 9] != 0.0 and tension <= 0.0 and not taut:
+        return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    if length == 0.0:  # without a direction only a spring of no rest length is smooth: it pulls alike all round
+        s = model[k + 7] if model[k + 6] == 0.0 else 0.0
+        return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, s
+    s = tension / length
+    ux, uy, uz = cross(wx, wy, wz, rx, ry, rz)
+    ux, uy, uz = ux + vx, uy + vy, uz + vz
+    across = model[k + 8] / length
+    along = model[k + 7] - s - across * (nx * ux + ny * uy + nz * uz)
+    gx, gy, gz = along * nx + across * ux, along * ny + across * uy, along * nz + across * uz
+    return tension, nx, ny, nz, gx, gy, gz, s
+
+
+@kernel
+def add_tether_jacobian(model, k, taut, qw, qx, qy, qz, x, y, z, vx, vy, vz, wx, wy, wz, out, o):
+    """Add the derivative of ``tether_load`` to six rows of 12 at out[o:]; columns as in ``add_drag_jacobian``.
+
+    The arm r turns with the body, so the point moves by δp = δx + b × r and δu = δv + δω × r + ω × (b × r), and with
+    τ = r × F: δτ = r × δF + (b × r) × F. ``taut`` counts the tether as pulling even where it is slack.
     """
     rx, ry, rz = qrotate(qw, qx, qy, qz, model[k], model[k + 1], model[k + 2])
-    nx, ny, nz, length, tension = tether_stretch(model, k, x, y, z, rx, ry, rz, vx, vy, vz, wx, wy, wz)
-    if tension == 0.0:
-        return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    drx, dry, drz = cross(bx, by, bz, rx, ry, rz)
-    dpx, dpy, dpz = ax + drx, ay + dry, az + drz
-    along = nx * dpx + ny * dpy + nz * dpz
-    dnx, dny, dnz = (dpx - along * nx) / length, (dpy - along * ny) / length, (dpz - along * nz) / length
-    ux, uy, uz = cross(wx, wy, wz, rx, ry, rz)
-    px, py, pz = cross(ex, ey, ez, rx, ry, rz)
-    sx, sy, sz = cross(wx, wy, wz, drx, dry, drz)
-    rate = dnx * (vx + ux) + dny * (vy + uy) + dnz * (vz + uz)
-    rate += nx * (cx + px + sx) + ny * (cy + py + sy) + nz * (cz + pz + sz)
-    change = model[k + 7] * along + model[k + 8] * rate
-    fx, fy, fz = -change * nx - tension * dnx, -change * ny - tension * dny, -change * nz - tension * dnz
-    tx, ty, tz = cross(rx, ry, rz, fx, fy, fz)
-    gx, gy, gz = cross(drx, dry, drz, -tension * nx, -tension * ny, -tension * nz)
-    return fx, fy, fz, tx + gx, ty + gy, tz + gz
+    tension, nx, ny, nz, gx, gy, gz, s = tether_stiffness(model, k, taut, x, y, z, rx, ry, rz, vx, vy, vz, wx, wy, wz)
+    fx, fy, fz = -tension * nx, -tension * ny, -tension * nz
+    dx, dy, dz = model[k + 8] * nx, model[k + 8] * ny, model[k + 8] * nz
+    hx, hy, hz = cross(dx, dy, dz, wx, wy, wz)
+    hx, hy, hz = cross(rx, ry, rz, gx + hx, gy + hy, gz + hz)
+    ex, ey, ez = cross(rx, ry, rz, dx, dy, dz)
+    moment = fx * rx + fy * ry + fz * rz
+    for i in range(3):
+        ix, iy, iz = unit_vector(i)
+        jx, jy, jz = cross(rx, ry, rz, ix, iy, iz)
+        n = nx * ix + ny * iy + nz * iz
+        r = rx * ix + ry * iy + rz * iz
+        px, py, pz = s * jx, s * jy, s * jz
+        ax, ay, az = s * ix + n * gx, s * iy + n * gy, s * iz + n * gz
+        bx, by, bz = px + n * hx, py + n * hy, pz + n * hz
+        cx, cy, cz = n * dx, n * dy, n * dz
+        mx, my, mz = n * ex, n * ey, n * ez
+        add_to_row(out, o + 12 * i, -1.0, ax, ay, az, bx, by, bz, cx, cy, cz, mx, my, mz)
+        add_to_row(out, o + 36, -jx, ax, ay, az, bx, by, bz, cx, cy, cz, mx, my, mz)
+        add_to_row(out, o + 48, -jy, ax, ay, az, bx, by, bz, cx, cy, cz, mx, my, mz)
+        add_to_row(out, o + 60, -jz, ax, ay, az, bx, by, bz, cx, cy, cz, mx, my, mz)
+        t = o + 36 + 12 * i + 3
+        out[t] += r * fx - moment * ix
+        out[t + 1] += r * fy - moment * iy
+        out[t + 2] += r * fz - moment * iz

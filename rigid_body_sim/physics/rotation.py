@@ -33,6 +33,12 @@ def cross(ax, ay, az, bx, by, bz):
 
 
 @kernel
+def unit_vector(i):
+    """Unit vector along axis 0, 1 or 2."""
+    return 1.0 if i == 0 else 0.0, 1.0 if i == 1 else 0.0, 1.0 if i == 2 else 0.0
+
+
+@kernel
 def qrotate(w, x, y, z, vx, vy, vz):
     """q v q̄ for a unit quaternion, theory (2.7.21): v + w t + u × t with u = (x, y, z) and t = 2 u × v."""
     tx, ty, tz = 2.0 * (y * vz - z * vy), 2.0 * (z * vx - x * vz), 2.0 * (x * vy - y * vx)

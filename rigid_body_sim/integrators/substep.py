@@ -1,0 +1,115 @@
+"""What error-controlled integrators share: the unknowns of a sub-step, how an error is weighed, the next size.
+
+The attitude is counted from the beginning of the sub-step by a rotation vector θ in world axes, q = exp(θ) q₀, with
+θ' = dexp⁻¹_θ ω. So the unknowns are the twelve increments (δx, θ, δP, δL), and the quaternion stays of unit length.
+"""
+
+import math
+
+from ..physics.compiled import kernel
+from ..physics.forces import MASS, MOMENTS, RTOL
+from ..physics.motion import loads, rates_world
+from ..physics.rotation import cross, qmultiply
+from ..physics.state import L, P, Q, X, add_compensated, add_to_attitude
+from .rkmk4 import exponential_minus_one
+
+UNKNOWNS = 12
+LARGEST_TURN = 1.0  # rad in one sub-step: beyond it the rotation vector is a poor coordinate
+TOO_FAR = 16.0  # the error of a sub-step that turns further than that, at least
+SLOWEST = 1e-3  # 1/s: motions slower than this (times the radius of gyration) count as rest when errors are weighed
+# The errors of sub-steps add up, so each may make its share of what the step may; but no less than this, because what
+# is so fast that it needs shorter sub-steps than that is mostly damped away with its errors.
+SMALLEST_SHARE = 1e-3
+ROUND_OFF = 2.0**-50  # a few units in the last place
+
+
+@kernel
+def slope(state, model, work, z, y, to):
+    """Time derivative of the unknowns at work[z:z + 12] into work[to:to + 12]; their state goes to work[y:y + 13]."""
+    tx, ty, tz = work[z + 3], work[z + 4], work[z + 5]
+    qw, qx, qy, qz = state[Q], state[Q + 1], state[Q + 2], state[Q + 3]
+    dw, dx, dy, dz = exponential_minus_one(tx, ty, tz)
+    qw, qx, qy, qz = qmultiply(1.0 + dw, dx, dy, dz, qw, qx, qy, qz)
+    for i in range(3):
+        work[y + X + i] = state[X + i] + work[z + i]
+        work[y + P + i] = state[P + i] + work[z + 6 + i]
+        work[y + L + i] = state[L + i] + work[z + 9 + i]
+    wx, wy, wz = rates_world(model, work, y, qw, qx, qy, qz)
+    fx, fy, fz, mx, my, mz = loads(model, work, y, qw, qx, qy, qz)
+    for i in range(3):
+        work[to + i] = work[y + P + i] / model[MASS]
+    work[to + 3], work[to + 4], work[to + 5] = inverse_dexp(tx, ty, tz, wx, wy, wz)
+    work[to + 6], work[to + 7], work[to + 8] = fx, fy, fz
+    work[to + 9], work[to + 10], work[to + 11] = mx, my, mz
+
+
+@kernel
+def inverse_dexp(tx, ty, tz, wx, wy, wz):
+    """dexp⁻¹_θ ω = ω − ½ θ × ω + (1 − ½ t cot ½t) / t² θ × (θ × ω), t = |θ| (Iserles et al., Acta Numerica 2000)."""
+    square = tx * tx + ty * ty + tz * tz
+    if square < 1e-4:
+        factor = 1.0 / 12.0 + square * (1.0 / 720.0 + square / 30240.0)
+    else:
+        half = 0.5 * math.sqrt(square)
+        factor = (1.0 - half * math.cos(half) / math.sin(half)) / square
+    ax, ay, az = cross(tx, ty, tz, wx, wy, wz)
+    bx, by, bz = cross(tx, ty, tz, ax, ay, az)
+    return wx - 0.5 * ax + factor * bx, wy - 0.5 * ay + factor * by, wz - 0.5 * az + factor * bz
+
+
+@kernel
+def usable(work, z):
+    """Whether the unknowns at work[z:] are finite and turn by so little that ``slope`` can be asked for."""
+    total = 0.0
+    for i in range(UNKNOWNS):
+        total += work[z + i] - work[z + i]
+    tx, ty, tz = work[z + 3], work[z + 4], work[z + 5]
+    return total == 0.0 and tx * tx + ty * ty + tz * tz < 16.0 * LARGEST_TURN * LARGEST_TURN
+
+
+@kernel
+def weighed(state, model, work, z, e, share, h):
+    """The error work[e:e + 12] of the increments work[z:z + 12] as a multiple of the tolerance, ``share`` of rtol.
+
+    Lengths are weighed against the radius of gyration, angles against 1 rad, momenta against the larger of the present
+    one, the one after the sub-step, and what SLOWEST amounts to. To the tolerance comes what round-off does to the
+    position and to the attitude, and to the momenta if those move by as much in a step h.
+    """
+    m = model[MASS]
+    radius = math.sqrt((model[MOMENTS] + model[MOMENTS + 1] + model[MOMENTS + 2]) / (2.0 * m))
+    momentum, spin, far, turn = 0.0, 0.0, radius, 0.0
+    for i in range(3):
+        far = max(far, abs(state[X + i]))
+        momentum = max(momentum, abs(state[P + i]), abs(state[P + i] + work[z + 6 + i]))
+        spin = max(spin, abs(state[L + i]), abs(state[L + i] + work[z + 9 + i]))
+        turn = max(turn, abs(work[z + 3 + i]))
+    tolerance, noise = share * model[RTOL], ROUND_OFF * far
+    size = tolerance * (momentum + spin / radius + m * radius * SLOWEST) + noise * m / h
+    worst = 0.0
+    for i in range(3):
+        worst = max(
+            worst, abs(work[e + i]) / (radius * tolerance + noise), abs(work[e + 3 + i]) / (tolerance + ROUND_OFF)
+        )
+        worst = max(worst, abs(work[e + 6 + i]) / size, abs(work[e + 9 + i]) / (size * radius))
+    return max(worst, TOO_FAR) if turn > LARGEST_TURN else worst
+
+
+@kernel
+def next_size(trial, error, order):
+    """Size of the sub-step to try after one of size ``trial`` whose weighed error was ``error``."""
+    if not error < math.inf:
+        return 0.1 * trial
+    return trial * min(5.0, max(0.1, 0.9 * max(error, 1e-8) ** (-1.0 / order)))
+
+
+@kernel
+def accept(state, work, z):
+    """Add the increments work[z:z + 12] to the state."""
+    for i in range(3):
+        add_compensated(state, X + i, work[z + i])
+        add_compensated(state, P + i, work[z + 6 + i])
+        add_compensated(state, L + i, work[z + 9 + i])
+    dw, dx, dy, dz = exponential_minus_one(work[z + 3], work[z + 4], work[z + 5])
+    q = Q
+    dw, dx, dy, dz = qmultiply(dw, dx, dy, dz, state[q], state[q + 1], state[q + 2], state[q + 3])
+    add_to_attitude(state, dw, dx, dy, dz)
