@@ -10,12 +10,12 @@ those unknowns are eliminated by hand, and what is factorised is the matrix 6 x 
 import math
 
 from ..physics.compiled import kernel, table
-from ..physics.forces import MASS, reduce_wrench
+from ..physics.forces import MASS, MOMENTS, reduce_wrench
 from ..physics.motion import jacobian
 from ..physics.rotation import cross
 from ..physics.state import LOW, SIZE, copy, is_finite
 from .base import Integrator
-from .substep import SMALLEST_SHARE, UNKNOWNS, accept, next_size, slope, usable, weighed
+from .substep import SMALLEST_SHARE, UNKNOWNS, accept, next_size, radius_of_gyration, slope, usable, weighed
 
 ORDER = 4
 GAMMA = 0.25
@@ -45,7 +45,8 @@ _C = table(
 
 _BACKUP = 0  # the state before the step, 26
 _JACOBIAN = SIZE  # J at the beginning of the sub-step, 12 rows of 12
-_TURNED = _JACOBIAN + UNKNOWNS * UNKNOWNS  # T = (1/(γ h) − J_θθ)⁻¹, 3 rows of 3
+_SLOPE = _JACOBIAN + UNKNOWNS * UNKNOWNS  # slope there, 12
+_TURNED = _SLOPE + UNKNOWNS  # T = (1/(γ h) − J_θθ)⁻¹, 3 rows of 3
 _FED = _TURNED + 9  # J_Pθ T, 6 rows of 3
 _MATRIX = _FED + 18  # 6 x 6, column by column, then its LU factors
 _PIVOT = _MATRIX + 36  # row exchanges, 6
@@ -71,24 +72,70 @@ def steps(state, model, work, h, n):
 @kernel
 def _step(state, model, work, h):
     """One step in sub-steps that each keep the estimated error below their share; False when it cannot be done."""
-    left, trial = h, h
-    jacobian(model, state, 0, False, work, _JACOBIAN)
+    _linearise(state, model, work)
+    left, trial = h, _first_size(state, model, work, h)
     for _ in range(MOST_SUBSTEPS):
         if trial >= left * (1.0 - 1e-12):
             trial = left
         error = math.inf
         if _stages(state, model, work, trial):
-            error = weighed(state, model, work, _Z, _LAST, max(trial / h, SMALLEST_SHARE), h)
+            noise_rate = min(_stiffness(model, work) * trial, 1.0 / trial)
+            error = weighed(state, model, work, _Z, _LAST, max(trial / h, SMALLEST_SHARE), noise_rate)
         if error <= 1.0:
             accept(state, work, _Z)
             left -= trial
             if left <= 0.0:
                 return is_finite(state)
-            jacobian(model, state, 0, False, work, _JACOBIAN)
+            _linearise(state, model, work)
         trial = next_size(trial, error, ORDER)
         if not trial > 1e-14 * h:
             return False
     return False
+
+
+@kernel
+def _linearise(state, model, work):
+    """Jacobian and slope at the beginning of a sub-step."""
+    jacobian(model, state, 0, False, work, _JACOBIAN)
+    for c in range(UNKNOWNS):
+        work[_Z + c] = 0.0
+    slope(state, model, work, _Z, _Y, _SLOPE)
+
+
+@kernel
+def _stiffness(model, work):
+    """About ω² [1/s²] of the fastest vibration: a norm of the stiffness, with lengths in radii of gyration."""
+    radius = radius_of_gyration(model)
+    smallest = min(model[MOMENTS], model[MOMENTS + 1], model[MOMENTS + 2])
+    worst = 0.0
+    for r in range(6):
+        row = _JACOBIAN + UNKNOWNS * (6 + r)
+        total = 0.0
+        for c in range(3):
+            total += radius * abs(work[row + c]) + abs(work[row + 3 + c])
+        worst = max(worst, total / (model[MASS] * radius if r < 3 else smallest))
+    return worst
+
+
+@kernel
+def _first_size(state, model, work, h):
+    """The whole step h, unless something vibrates fast in it: an L-stable method damps that away without an error.
+
+    Momenta that vibrate at ω with the amplitude a have slopes up to a ω and second derivatives up to a ω². Where those
+    say that a is above the tolerance, the first sub-step is short enough to see the vibration.
+    """
+    fastest = math.sqrt(_stiffness(model, work))
+    if fastest * h <= 1.0:
+        return h
+    for r in range(UNKNOWNS):
+        work[_U + r] = 0.0
+        if r >= 6:
+            curvature = 0.0
+            for c in range(UNKNOWNS):
+                curvature += work[_JACOBIAN + UNKNOWNS * r + c] * work[_SLOPE + c]
+            work[_U + r] = (abs(work[_SLOPE + r]) + abs(curvature) / fastest) / fastest
+    amplitude = weighed(state, model, work, _Z, _U, 1.0, 1.0 / h)
+    return h if amplitude <= 1.0 else 0.5 / fastest
 
 
 @kernel
@@ -100,15 +147,17 @@ def _stages(state, model, work, h):
     if not _factorise(model, work, h):
         return False
     for c in range(UNKNOWNS):
+        work[_U + c] = work[_SLOPE + c]
         work[_Z + c] = 0.0
-    for i in range(_STAGES):
-        if i == _STAGES - 1:
-            _add_stage(work, _Z, 1.0, i - 1)
-        elif i > 0:
+    _solve(model, work, _U, GAMMA * h)
+    for i in range(1, _STAGES):
+        if i < _STAGES - 1:
             for c in range(UNKNOWNS):
                 work[_Z + c] = 0.0
             for j in range(i):
                 _add_stage(work, _Z, _A[_STAGES * (i - 1) + j], j)
+        else:
+            _add_stage(work, _Z, 1.0, i - 1)
         if not usable(work, _Z):
             return False
         u = _U + UNKNOWNS * i
