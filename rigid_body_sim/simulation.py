@@ -16,7 +16,7 @@ from .physics.body import Body
 from .physics.forces import WRENCH, new_model
 from .physics.resistance import NO_DRAG, Drag, Tether
 from .physics.state import BodyState, State
-from .physics.wrench import Wrench, three_finite
+from .physics.wrench import PointForce, Wrench, three_finite
 from .scene.loader import Scene
 
 _PACK_WRENCH = struct.Struct("12d").pack_into
@@ -61,6 +61,9 @@ class Simulation:
         A name in the registry, ``rigid_body_sim.integrators.REGISTRY``.
     drag : Drag
     tethers : sequence of Tether
+    forces : sequence of (point, force)
+        Forces [N] in world axes that always act, each at a body-fixed point [m] given from the body frame's origin in
+        body axes: buoyancy, say.
     rtol : float
         Relative error that an error-controlled integrator may make in a step.
 
@@ -68,7 +71,7 @@ class Simulation:
     ------
     ValueError
         A rate outside (0, 1e6] Hz, gravity that is not three finite numbers, an unknown integrator, or one that leaves
-        out the drag or the tethers given; rtol outside [1e-13, 1].
+        out the drag, the tethers or the forces given; rtol outside [1e-13, 1].
     """
 
     def __init__(
@@ -81,6 +84,7 @@ class Simulation:
         integrator: str = "taylor",
         drag: Drag = NO_DRAG,
         tethers: Sequence[Tether] = (),
+        forces: Sequence[PointForce] = (),
         rtol: float = 1e-9,
     ):
         self._rate = float(rate)
@@ -88,7 +92,8 @@ class Simulation:
             raise ValueError(f"rate {self._rate:.9g} Hz is not between 0 (excluded) and {HIGHEST_RATE:g} Hz")
         self.integrator = integrators.get(integrator)
         self._body, self._drag, self._tethers, self._rtol = body, drag, tuple(tethers), float(rtol)
-        self._check_resistance()
+        self._forces = Wrench(points=forces).points
+        self._check_integrator()
         self._gravity = np.array(three_finite(gravity, "gravity"))
         self._gravity.flags.writeable = False
         self.initial_state = State() if state is None else state
@@ -106,16 +111,26 @@ class Simulation:
 
     @classmethod
     def from_scene(cls, scene: Scene) -> "Simulation":
-        """The simulation that a scene describes, at its initial state. Raises ValueError for an unknown integrator."""
+        """The simulation that a scene describes, at its initial state.
+
+        Raises ValueError for an integrator that is unknown, or leaves out what the scene has.
+        """
         name = scene["integrator.name"]
         if name not in integrators.REGISTRY:
             raise ValueError(f"parameter integrator.name = {name!r}: give one of {', '.join(integrators.REGISTRY)}")
+        drag, tethers, forces = scene.drag(), scene.tethers(), scene.forces()
+        if refusal := _leaves_out(integrators.get(name), drag, tethers, forces):
+            raise ValueError(f"parameter integrator.name = {name!r}: {refusal}")
         return cls(
             scene.body(),
             scene.initial_state(),
             rate=scene["rate"],
             gravity=scene["gravity"],
             integrator=name,
+            drag=drag,
+            tethers=tethers,
+            forces=forces,
+            rtol=scene["integrator.rtol"],
         )
 
     @property
@@ -127,6 +142,16 @@ class Simulation:
     def gravity(self) -> NDArray:
         """Acceleration of free fall [m/s²], world axes, shape (3,)."""
         return self._gravity
+
+    @property
+    def tethers(self) -> tuple[Tether, ...]:
+        """The tethers that hold the body."""
+        return self._tethers
+
+    @property
+    def forces(self) -> tuple[PointForce, ...]:
+        """The forces that always act, as (point [m, body axes], force [N, world axes])."""
+        return self._forces
 
     @property
     def rate(self) -> float:
@@ -246,15 +271,14 @@ class Simulation:
             )
         return max(1, round(hold * self._rate))
 
-    def _check_resistance(self) -> None:
-        if (self._tethers or any(self._drag.values)) and not self.integrator.resisted:
-            able = ", ".join(name for name, one in integrators.REGISTRY.items() if one.resisted)
-            raise ValueError(f"integrator {self.integrator.name!r} leaves out drag and tethers; choose one of {able}")
+    def _check_integrator(self) -> None:
+        if refusal := _leaves_out(self.integrator, self._drag, self._tethers, self._forces):
+            raise ValueError(refusal)
         if not 1e-13 <= self._rtol <= 1.0:
             raise ValueError(f"rtol {self._rtol:g} is not between 1e-13 and 1; try 1e-9")
 
     def _new_model(self, wrench: Wrench) -> NDArray:
-        return new_model(self.body, self.gravity, wrench, self._drag, self._tethers, self._rtol)
+        return new_model(self.body, self.gravity, wrench, self._drag, self._tethers, self._rtol, self._forces)
 
     def _step_from_origin(self, n: int) -> int:
         """Advance by n steps in one evaluation from where the wrench last changed; return how many were done."""
@@ -283,3 +307,16 @@ class Simulation:
             f"1e5 rad in one step; the last good state is kept (spin {spin:.3g} rad/s, speed {speed:.3g} m/s, "
             f"held {self._wrench!r}); use a smaller wrench or a higher rate"
         )
+
+
+def _leaves_out(
+    integrator: integrators.Integrator, drag: Drag, tethers: Sequence[Tether], forces: Sequence[PointForce]
+) -> str:
+    """Why an integrator cannot be given these, as a sentence; empty when it can."""
+    if (tethers or any(drag.values)) and not integrator.resisted:
+        able = ", ".join(name for name, one in integrators.REGISTRY.items() if one.resisted)
+        return f"integrator {integrator.name!r} leaves out drag and tethers; choose one of {able}"
+    if forces and integrator.torque_free_only:
+        able = ", ".join(name for name, one in integrators.REGISTRY.items() if not one.torque_free_only)
+        return f"integrator {integrator.name!r} leaves out forces at points; choose one of {able}"
+    return ""

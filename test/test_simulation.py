@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
-from rigid_body_sim import Body, BodyState, Scene, Simulation, SimulationError, State, Wrench
+from rigid_body_sim import Body, BodyState, Drag, Scene, Simulation, SimulationError, State, Tether, Wrench
 
 pytestmark = pytest.mark.no_numba
 
@@ -216,6 +216,47 @@ def test_step_that_cannot_be_done_tells_the_last_good_state_in_finite_numbers():
     assert sim.steps == 5
 
 
+# Forces that always act ------------------------------------------------------------------------------
+
+LIFT = [((0.1, 0.0, 0.2), (0.0, 3.0, 20.0)), ((0.0, -0.1, 0.0), (1.0, 0.0, 0.0))]
+OFF_CENTRE = Body(2.0, (0.3, 0.4, 0.5, 0.02, -0.03, 0.04), (0.05, -0.02, 0.03))
+
+
+def moved_by(commands, **options):
+    sim = Simulation(OFF_CENTRE, MOVING, **options)
+    for wrench in commands:
+        sim.set_wrench(wrench)
+        sim.step(20)
+    return sim.state.values
+
+
+def test_constant_force_is_a_point_of_every_wrench_held():
+    """Also of those that are twelve numbers written into the model, and of none."""
+    commands = [PUSH, Wrench(torque_body=(0.1, 0.0, 0.0)), Wrench(points=[((0, 0, 1), (1, 0, 0))]), Wrench(), PUSH]
+    both = [
+        Wrench(w.force_body, w.torque_body, w.force_world, w.torque_world, points=[*w.points, *LIFT]) for w in commands
+    ]
+    assert_array_equal(moved_by(commands, forces=LIFT), moved_by(both))
+    assert np.abs(moved_by(commands, forces=LIFT) - moved_by(commands)).max() > 0.1
+
+
+def test_constant_force_stays_when_the_wrench_expires_and_after_a_reset():
+    sim = simulation(forces=[((0.0, 0.0, 0.0), (2.0, 0.0, 0.0))])
+    sim.set_wrench(PUSH, hold=0.005)
+    sim.step(10)
+    assert impulse_received(sim) == 15
+    sim.reset()
+    sim.step(10)
+    assert impulse_received(sim) == 10
+
+
+def test_constant_force_that_is_none_or_that_the_integrator_leaves_out_is_refused():
+    with pytest.raises(ValueError, match=r"force at a point .* must be three finite numbers"):
+        simulation(forces=[((0, 0, 0), (0, 0, math.nan))])
+    with pytest.raises(ValueError, match="integrator 'exact' leaves out forces at points; choose one of taylor, rk4"):
+        simulation(forces=LIFT, integrator="exact")
+
+
 # Going back -------------------------------------------------------------------------------------------------------
 
 
@@ -283,6 +324,44 @@ def test_scene_is_simulated_as_it_says():
     sim.step(50)
     assert_allclose(sim.state.position, (0, 0, 5 - 1.62 / 2), rtol=0, atol=3e-14)  # measured 0
     assert sim.state.momentum[2] == pytest.approx(-3.0 * 1.62, rel=1e-13, abs=0)  # measured 3.6e-16
+
+
+RESISTED = {
+    "drag.linear": (1.0, 2.0, 3.0),
+    "tethers.line.anchor": (0.0, 0.0, 5.0),
+    "tethers.line.rest_length": 2.0,
+    "tethers.line.stiffness": 100.0,
+    "forces.lift.force": (0.0, 0.0, 9.0),
+    "forces.lift.body_point": (0.1, 0.0, 0.2),
+}
+
+
+def test_scene_gives_the_simulation_its_drag_tethers_forces_and_tolerance():
+    sim = Simulation.from_scene(Scene({**RESISTED, "integrator.name": "rosenbrock", "integrator.rtol": 1e-6}))
+    same = Simulation(
+        Scene().body(),
+        integrator="rosenbrock",
+        drag=Drag((1, 2, 3)),
+        tethers=[Tether(anchor=(0, 0, 5), rest_length=2.0, stiffness=100.0)],
+        forces=[((0.1, 0.0, 0.2), (0.0, 0.0, 9.0))],
+        rtol=1e-6,
+    )
+    for each in (sim, same):
+        each.step(100)
+    assert sim.save() == same.save()
+    assert (sim.tethers, sim.forces) == (same.tethers, same.forces)
+    assert np.linalg.norm(sim.state.velocity) > 0.1
+
+
+def test_scene_with_an_integrator_that_leaves_something_out_is_refused_with_the_parameter():
+    with pytest.raises(
+        ValueError, match=r"parameter integrator\.name = 'taylor': .* leaves out drag and tethers; choo"
+    ):
+        Simulation.from_scene(Scene({"drag.quadratic": (0.0, 0.0, 1.0)}))
+    with pytest.raises(
+        ValueError, match=r"parameter integrator\.name = 'exact': .* leaves out forces at points; choose"
+    ):
+        Simulation.from_scene(Scene({"forces.lift.force": (0, 0, 1.0), "integrator.name": "exact"}))
 
 
 def test_description_is_one_line_with_what_is_simulated():

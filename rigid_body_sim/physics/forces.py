@@ -17,7 +17,7 @@ from .body import Body
 from .compiled import kernel
 from .resistance import NO_DRAG, TETHER_SIZE, Drag, Tether
 from .rotation import cross, qrotate, qrotate_back
-from .wrench import Wrench
+from .wrench import PointForce, Wrench
 
 MASS = 0
 MOMENTS = 1  # principal moments, 3
@@ -50,9 +50,14 @@ def new_model(
     drag: Drag = NO_DRAG,
     tethers: Sequence[Tether] = (),
     rtol: float = 1e-9,
+    forces: Sequence[PointForce] = (),
 ) -> NDArray:
-    """Model array for a body [SI, body axes], gravity [m/s², world], a held wrench, drag and tethers."""
-    tethers_at = POINTS + 6 * len(wrench.points)
+    """Model array for a body [SI, body axes], gravity [m/s², world], a held wrench, drag, tethers and constant forces.
+
+    Constant forces are points that act beside those of the wrench, whichever it is.
+    """
+    points = (*wrench.points, *forces)
+    tethers_at = POINTS + 6 * len(points)
     model = np.zeros(tethers_at + TETHER_SIZE * len(tethers))
     model[MASS] = body.mass
     model[MOMENTS : MOMENTS + 3] = body.principal_moments
@@ -60,8 +65,8 @@ def new_model(
     model[CENTER_OF_MASS : CENTER_OF_MASS + 3] = body.center_of_mass
     model[GRAVITY : GRAVITY + 3] = gravity
     model[WRENCH : WRENCH + 12] = wrench.values
-    model[N_POINTS] = len(wrench.points)
-    model[POINTS:tethers_at] = np.ravel(wrench.points)
+    model[N_POINTS] = len(points)
+    model[POINTS:tethers_at] = np.ravel(points)
     model[DRAG : DRAG + 12] = drag.values
     model[N_TETHERS], model[TETHERS_AT] = len(tethers), tethers_at
     for k, tether in enumerate(tethers):

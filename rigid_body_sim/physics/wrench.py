@@ -6,6 +6,8 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+PointForce = tuple[Sequence[float], Sequence[float]]  # where [m, body axes from its origin], force there [N, world]
+
 ZERO = (0.0, 0.0, 0.0)
 NO_POINTS: tuple[()] = ()
 _LEAST, _MOST = -math.inf, math.inf
@@ -38,7 +40,7 @@ class Wrench:
         torque_body: Sequence[float] = ZERO,
         force_world: Sequence[float] = ZERO,
         torque_world: Sequence[float] = ZERO,
-        points: Iterable[tuple[Sequence[float], Sequence[float]]] = NO_POINTS,
+        points: Iterable[PointForce] = NO_POINTS,
     ):
         # This runs once per command, at up to 10 kHz: unpacking checks the length, one sum the finiteness.
         try:

@@ -74,7 +74,9 @@ def status(
 def _motion(simulation: Simulation) -> dict[str, str]:
     state = simulation.state
     kinetic = invariants.kinetic_energy(simulation.body, state)
-    potential = invariants.potential_energy(simulation.body, state, simulation.gravity)
+    potential = invariants.potential_energy(
+        simulation.body, state, simulation.gravity, simulation.forces, simulation.tethers
+    )
     return {
         "kinetic energy [J]": repr(kinetic),
         "potential energy [J]": repr(potential),

@@ -11,8 +11,9 @@ import yaml
 
 from ..physics import rotation
 from ..physics.body import Body
+from ..physics.resistance import Drag, Tether
 from ..physics.state import State
-from ..physics.wrench import Wrench
+from ..physics.wrench import PointForce, Wrench
 from . import mass_source, schema
 
 
@@ -77,6 +78,24 @@ class Scene:
         except ValueError as reason:
             raise ValueError(f"parameter initial.orientation: {reason}") from None
 
+    def drag(self) -> Drag:
+        """The drag described by ``drag.*``."""
+        return Drag(**{name: self[f"drag.{name}"] for name in Drag.__dataclass_fields__})
+
+    def tethers(self) -> tuple[Tether, ...]:
+        """The tethers described by ``tethers.*``, in the order of their names."""
+        return tuple(
+            Tether(**{last: self[f"tethers.{name}.{last}"] for last in Tether.__dataclass_fields__})
+            for name in schema.members("tethers", self.values)
+        )
+
+    def forces(self) -> tuple[PointForce, ...]:
+        """(point [m, body axes], force [N, world axes]) of each of ``forces.*``, in the order of their names."""
+        return tuple(
+            (self[f"forces.{name}.body_point"], self[f"forces.{name}.force"])
+            for name in schema.members("forces", self.values)
+        )
+
     def _steps_per_publish(self) -> int:
         rate, publish_rate = self["rate"], self["publish_rate"]
         if publish_rate == 0.0:
@@ -96,7 +115,7 @@ class Scene:
         return steps
 
     def _frames(self) -> dict[str, Frame]:
-        names = sorted({name.split(".")[1] for name in self.values if name.startswith("frames.")})
+        names = schema.members("frames", self.values)
         taken = [self["world_frame_id"], self["body.frame_id"], *names]
         for name in taken:
             if name.startswith("/"):

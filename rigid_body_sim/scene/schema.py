@@ -30,6 +30,7 @@ class Parameter:
     length: int | None = None
     choices: tuple[str, ...] = ()
     optional: bool = False  # a text or array may be empty, which means that it is not used
+    required: bool = False  # of a group: it must be given, and the default is an example for messages
 
     def read(self, name: str, value: Any) -> Any:
         """``value`` as this parameter's type. Raises ValueError: what was given, which rule it breaks."""
@@ -45,12 +46,14 @@ class Parameter:
         """The values allowed, in words; empty when any value of the type is."""
         if self.choices:
             return ("empty or " if self.optional else "") + "one of " + ", ".join(self.choices)
-        if self.type is tuple:
-            return f"{self.length} finite numbers" if self.length else "finite numbers"
-        if self.type is not float:
+        if self.type not in (float, tuple):
             return ""
         bounds = [(self.above, "greater than"), (self.least, "at least"), (self.most, "at most")]
-        return " and ".join(["finite", *(f"{word} {bound:g}" for bound, word in bounds if bound is not None)])
+        within = [f"{word} {bound:g}" for bound, word in bounds if bound is not None]
+        if self.type is float:
+            return " and ".join(["finite", *within])
+        numbers = f"{self.length} finite numbers" if self.length else "finite numbers"
+        return f"{numbers}, each {' and '.join(within)}" if within else numbers
 
     def _convert(self, value: Any) -> Any:
         if self.type is tuple:
@@ -87,7 +90,7 @@ class Parameter:
             for number in numbers
         )
         if not in_range:
-            raise ValueError(f"is out of range; give a number that is {self.rule}")
+            raise ValueError(f"is out of range; give {'a number that is ' * (self.type is float)}{self.rule}")
         if self.type is str and not value.strip():
             raise ValueError(f"is empty; give a name such as {self.default!r}")
 
@@ -173,6 +176,96 @@ TABLE: tuple[Parameter, ...] = (
     ),
     Parameter("initial.angular_velocity", tuple, _ZERO, "Angular velocity, body axes.", "rad/s", length=3),
     Parameter("gravity", tuple, _ZERO, "Acceleration of free fall, world axes.", "m/s²", length=3),
+    Parameter(
+        "drag.linear",
+        tuple,
+        _ZERO,
+        "Drag force along each body axis, at the centre of mass, by the velocity there.",
+        "N s/m",
+        least=0.0,
+        length=3,
+    ),
+    Parameter(
+        "drag.quadratic",
+        tuple,
+        _ZERO,
+        "The same by the square of the velocity along that axis.",
+        "N s²/m²",
+        least=0.0,
+        length=3,
+    ),
+    Parameter(
+        "drag.angular_linear",
+        tuple,
+        _ZERO,
+        "Drag torque about each body axis by the angular velocity.",
+        "N m s/rad",
+        least=0.0,
+        length=3,
+    ),
+    Parameter(
+        "drag.angular_quadratic",
+        tuple,
+        _ZERO,
+        "The same by the square of the angular velocity about that axis.",
+        "N m s²/rad²",
+        least=0.0,
+        length=3,
+    ),
+    Parameter(
+        "tethers.<name>.body_point",
+        tuple,
+        _ZERO,
+        "Where a tether is fastened to the body, from the body frame's origin, body axes.",
+        "m",
+        length=3,
+    ),
+    Parameter(
+        "tethers.<name>.anchor",
+        tuple,
+        _ZERO,
+        "Where its other end is, world axes.",
+        "m",
+        length=3,
+        required=True,
+    ),
+    Parameter(
+        "tethers.<name>.rest_length",
+        float,
+        1.0,
+        "Its length when nothing pulls.",
+        "m",
+        least=0.0,
+        required=True,
+    ),
+    Parameter(
+        "tethers.<name>.stiffness",
+        float,
+        1000.0,
+        "Tension by what the length exceeds rest_length; of a cable EA / length.",
+        "N/m",
+        above=0.0,
+        required=True,
+    ),
+    Parameter("tethers.<name>.damping", float, 0.0, "Tension by the rate of lengthening.", "N s/m", least=0.0),
+    Parameter("tethers.<name>.slack", bool, True, "A rope: it pulls and never pushes; false = a spring."),
+    Parameter(
+        "forces.<name>.body_point",
+        tuple,
+        _ZERO,
+        "Where a force that always acts is applied, from the body frame's origin, body axes.",
+        "m",
+        length=3,
+    ),
+    Parameter(
+        "forces.<name>.force",
+        tuple,
+        (0.0, 0.0, 1.0),
+        "That force, world axes: it keeps its direction while the point turns with the body.",
+        "N",
+        length=3,
+        required=True,
+    ),
     Parameter("frames.<name>.position", tuple, _ZERO, "Origin of a frame fixed to the body, body axes.", "m", length=3),
     Parameter(
         "frames.<name>.orientation", tuple, _NO_TURN, "Quaternion w, x, y, z, that frame to body; normalised.", length=4
@@ -185,18 +278,33 @@ TABLE: tuple[Parameter, ...] = (
         choices=("body", "world"),
     ),
     Parameter("integrator.name", str, "taylor", "How time advances; the names are in docs/choosing_an_integrator.md."),
+    Parameter(
+        "integrator.rtol",
+        float,
+        1e-9,
+        "Relative error that an integrator with error control may make in a step.",
+        least=1e-13,
+        most=1.0,
+    ),
 )
 
 BY_NAME = {parameter.name: parameter for parameter in TABLE}
+_OPEN = ".<name>."  # between a group and a parameter that each member of the group has
+GROUPS = tuple(dict.fromkeys(name.split(_OPEN)[0] for name in BY_NAME if _OPEN in name))
 
 
 def find(name: str) -> Parameter:
     """The parameter of that name. Raises ValueError with the nearest known name when there is none."""
     parts = name.split(".")
-    pattern = f"frames.<name>.{parts[2]}" if len(parts) == 3 and parts[0] == "frames" and parts[1] else name
-    if pattern in BY_NAME and "<name>" not in name:
+    pattern = f"{parts[0]}{_OPEN}{parts[2]}" if len(parts) == 3 and parts[0] in GROUPS and parts[1] else name
+    if pattern in BY_NAME and _OPEN not in name:
         return BY_NAME[pattern]
     raise ValueError(unknown(name, pattern, BY_NAME))
+
+
+def members(group: str, names: Iterable[str]) -> list[str]:
+    """Names of the user's among dotted ``names`` of a group such as ``frames``, each once, in alphabetical order."""
+    return sorted({name.split(".")[1] for name in names if name.startswith(f"{group}.")})
 
 
 def unknown(name: str, pattern: str, known: Iterable[str]) -> str:
@@ -212,20 +320,32 @@ def belongs_to_ros(name: str) -> bool:
 
 def defaults() -> dict[str, Any]:
     """Name and default of every parameter that a scene always has."""
-    return {parameter.name: parameter.default for parameter in TABLE if "<name>" not in parameter.name}
+    return {parameter.name: parameter.default for parameter in TABLE if _OPEN not in parameter.name}
 
 
 def read(given: Mapping[str, Any]) -> dict[str, Any]:
-    """Defaults overlaid with ``given`` (dotted names), each checked; every frame named gets its missing parameters."""
+    """Defaults overlaid with ``given`` (dotted names), each checked; every member named gets its missing parameters."""
     values = defaults()
     for name, value in given.items():
         values[name] = find(name).read(name, value)
-    for name in given:
-        parts = name.split(".")
-        if parts[0] == "frames":
-            for last in ("position", "orientation", "axes"):
-                values.setdefault(f"frames.{parts[1]}.{last}", BY_NAME[f"frames.<name>.{last}"].default)
+    for group in GROUPS:
+        for member in members(group, given):
+            _complete(values, group, member)
     return values
+
+
+def _complete(values: dict[str, Any], group: str, member: str) -> None:
+    """Add the defaults of what a member of a group was not given. Raises ValueError when it must be given."""
+    first = next(name for name in values if name.startswith(f"{group}.{member}."))
+    for parameter in TABLE:
+        if parameter.name.startswith(f"{group}{_OPEN}"):
+            name = parameter.name.replace("<name>", member)
+            if parameter.required and name not in values:
+                raise ValueError(
+                    f"parameter {first} is given without {name}, which has no default; give it, such as "
+                    f"{parameter._example}"
+                )
+            values.setdefault(name, parameter.default)
 
 
 def _number(value: Any, example: Any) -> float:

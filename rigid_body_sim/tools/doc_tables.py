@@ -13,10 +13,18 @@ def parameters_table() -> str:
     """Markdown table of all parameters, in the schema's order."""
     lines = ["| name | type | default | unit | allowed | meaning |", "|---|---|---|---|---|---|"]
     for p in schema.TABLE:
-        default = list(p.default) if isinstance(p.default, tuple) else p.default
-        shown = str(default).lower() if isinstance(default, bool) else "''" if default == "" else default
-        lines.append(f"| `{p.name}` | {schema.TYPES[p.type]} | `{shown}` | {p.unit} | {p.rule} | {p.text} |")
+        shown = "must be given" if p.required else f"`{_shown(p.default)}`"
+        lines.append(f"| `{p.name}` | {schema.TYPES[p.type]} | {shown} | {p.unit} | {p.rule} | {p.text} |")
     return "\n".join(lines)
+
+
+def _shown(default: object) -> object:
+    """A default as a parameter file has it."""
+    if isinstance(default, bool):
+        return str(default).lower()
+    if isinstance(default, tuple):
+        return list(default)
+    return "''" if default == "" else default
 
 
 def shapes_table() -> str:

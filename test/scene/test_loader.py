@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
-from rigid_body_sim import Body, Scene, Simulation, load_scene
+from rigid_body_sim import Body, Drag, Scene, Simulation, Tether, load_scene
 from rigid_body_sim.physics import forces, rotation
 from rigid_body_sim.scene.loader import parameters_in
 
@@ -127,6 +127,27 @@ def test_scene_describes_its_body_and_state():
     )
     assert scene.body() == Body(2.0, (0.3, 0.4, 0.5, 0.01, 0.02, 0.03), (0.1, 0.2, 0.3))
     assert_array_equal(scene.initial_state().values, (1, 2, 3, 0, 0, 0, 1, 4, 5, 6, 7, 8, 9))
+
+
+def test_scene_describes_its_drag_tethers_and_forces(scene_of):
+    scene = scene_of(
+        with_parameters(
+            "drag: {linear: [1.0, 2.0, 3.0], angular_quadratic: [4.0, 5.0, 6.0]}",
+            "tethers:",
+            "  line: {anchor: [0.0, 0.0, 5.0], rest_length: 2.0, stiffness: 1e3}",
+            "  boom: {anchor: [1.0, 0.0, 0.0], rest_length: 0, stiffness: 5, damping: 0.5, slack: false,",
+            "         body_point: [0.1, 0.2, 0.3]}",
+            "forces: {lift: {force: [0.0, 0.0, 9.0]}, wind: {force: [1.0, 0.0, 0.0], body_point: [0.0, 0.0, 0.4]}}",
+        )
+    )
+    assert scene.drag() == Drag((1, 2, 3), angular_quadratic=(4, 5, 6))
+    boom = Tether((0.1, 0.2, 0.3), (1, 0, 0), 0.0, 5.0, 0.5, False)
+    assert scene.tethers() == (boom, Tether((0, 0, 0), (0, 0, 5), 2.0, 1000.0, 0.0, True))
+    assert scene.forces() == (((0, 0, 0), (0, 0, 9)), ((0, 0, 0.4), (1, 0, 0)))
+
+
+def test_scene_without_them_has_none():
+    assert (Scene().drag(), Scene().tethers(), Scene().forces()) == (Drag(), (), ())
 
 
 # Wrenches sent in a frame fixed to the body -------------------------------------------------------------------------

@@ -27,7 +27,7 @@ def test_default_obeys_the_rules_of_its_own_parameter(parameter):
 
 @over_the_table
 def test_numbers_with_a_dimension_say_their_unit(parameter):
-    dimensionless = parameter.name.endswith("orientation")
+    dimensionless = parameter.name.endswith(("orientation", "rtol"))
     assert bool(parameter.unit) == (parameter.type in (float, tuple) and not dimensionless)
 
 
@@ -38,6 +38,8 @@ def test_names_are_unique():
 def test_scene_without_anything_given_has_every_default():
     assert Scene().values == schema.defaults()
 
+
+MAST = {"tethers.mast.anchor": (0.0, 0.0, 5.0), "tethers.mast.rest_length": 2.0, "tethers.mast.stiffness": 1e3}
 
 BAD = {  # what is given, and what the message must say: the name, the value, and what would be right
     "unknown name": ({"body.maas": 1.0}, r"parameter body\.maas is not known; did you mean body\.mass\?"),
@@ -70,6 +72,39 @@ BAD = {  # what is given, and what the message must say: the name, the value, an
     "body frame is the world frame": ({"body.frame_id": "world"}, "frame name 'world' is used twice"),
     "attitude without direction": ({"initial.orientation": (0, 0, 0, 0)}, r"initial\.orientation: quaternion .* norm"),
     "frame without direction": ({"frames.a.orientation": (0, 0, 0, 0)}, r"frames\.a\.orientation: quaternion"),
+    "negative drag": (
+        {"drag.quadratic": (1.0, -2.0, 3.0)},
+        r"parameter drag\.quadratic .* is out of range; give 3 finite numbers, each at least 0",
+    ),
+    "one number for drag": ({"drag.linear": 2.0}, r"drag\.linear = 2\.0: is not an array; give 3 numbers such as"),
+    "two numbers for drag": ({"drag.angular_linear": (1.0, 2.0)}, "has 2 entries; give 3"),
+    "unknown kind of drag": ({"drag.angular": (0, 0, 0)}, r"did you mean drag\.angular_linear\?"),
+    "unknown tether entry": ({"tethers.mast.stiffnes": 1.0}, r"did you mean tethers\.<name>\.stiffness\?"),
+    "tether without a name": ({"tethers.stiffness": 1.0}, r"tethers\.stiffness is not known; did you mean tethers"),
+    "negative stiffness": ({**MAST, "tethers.mast.stiffness": -1.0}, "stiffness = -1.0: .* finite and greater than 0"),
+    "tether that does not pull": ({**MAST, "tethers.mast.stiffness": 0.0}, "stiffness = 0.0: is out of range"),
+    "negative damping": ({**MAST, "tethers.mast.damping": -1.0}, "damping = -1.0: .* finite and at least 0"),
+    "negative length": ({**MAST, "tethers.mast.rest_length": -1.0}, "rest_length = -1.0: .* at least 0"),
+    "slack that is a number": ({**MAST, "tethers.mast.slack": 1}, "slack = 1: is not of type bool"),
+    "tether to nowhere": (
+        {"tethers.mast.stiffness": 5.0},
+        r"parameter tethers\.mast\.stiffness is given without tethers\.mast\.anchor, which has no default; give it",
+    ),
+    "tether without stiffness": (
+        {"tethers.mast.anchor": (0, 0, 1), "tethers.mast.rest_length": 1.0},
+        r"without tethers\.mast\.stiffness, which has no default; give it, such as 1000\.0",
+    ),
+    "tether without length": (
+        {"tethers.mast.anchor": (0, 0, 1), "tethers.mast.stiffness": 1.0},
+        r"without tethers\.mast\.rest_length",
+    ),
+    "force without a force": (
+        {"forces.lift.body_point": (0, 0, 1)},
+        r"forces\.lift\.body_point is given without forces\.lift\.force, .* such as \[0\.0, 0\.0, 1\.0\]",
+    ),
+    "force not finite": ({"forces.lift.force": (0, 0, math.inf)}, r"forces\.lift\.force .* is not finite"),
+    "unknown force entry": ({"forces.lift.point": (0, 0, 1)}, r"did you mean forces\.<name>\."),
+    "no tolerance": ({"integrator.rtol": 0.0}, r"integrator\.rtol = 0\.0: .* at least 1e-13 and at most 1"),
     "impossible inertia": ({"body.inertia": (1, 1, 3, 0, 0, 0)}, r"parameter body\.inertia .* triangle inequality"),
 }  # fmt: skip
 
@@ -78,7 +113,7 @@ BAD = {  # what is given, and what the message must say: the name, the value, an
 def test_bad_value_is_refused_with_its_name_and_what_would_be_right(given_values, message):
     with pytest.raises(ValueError, match=message) as caught:
         Scene(given_values)
-    assert next(iter(given_values)) in str(caught.value) or "frame name" in str(caught.value)
+    assert any(name in str(caught.value) for name in given_values) or "frame name" in str(caught.value)
 
 
 def test_integer_is_taken_as_a_float():
@@ -108,6 +143,19 @@ def test_frame_named_once_has_all_its_parameters():
     scene = Scene({"frames.nozzle.position": (0.0, 0.0, -1.0)})
     frame = scene.frames["nozzle"]
     assert (frame.position, frame.orientation, frame.axes) == ((0, 0, -1), (1, 0, 0, 0), "body")
+
+
+@pytest.mark.parametrize("group", schema.GROUPS)
+def test_member_of_a_group_has_all_its_parameters(group):
+    own = [p for p in schema.TABLE if p.name.startswith(f"{group}.<name>.")]
+    given_values = {p.name.replace("<name>", "mast"): p.default for p in own if p.required or p is own[0]}
+    scene = Scene(given_values)
+    assert schema.members(group, scene.values) == ["mast"]
+    assert {p.name.replace("<name>", "mast"): p.default for p in own}.items() <= scene.values.items()
+
+
+def test_groups_are_those_of_the_table():
+    assert schema.GROUPS == ("tethers", "forces", "frames")
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from rigid_body_sim import Simulation, Wrench, load_scene
-from rigid_body_sim.physics import rotation
+from rigid_body_sim.physics import invariants, rotation
 from rigid_body_sim.tools.demo import installed_scene
 
 CONFIG = Path(__file__).parents[2] / "config"
@@ -14,7 +14,9 @@ SCENES = sorted(path.stem for path in CONFIG.glob("*.yaml"))
 
 
 def test_all_are_here():
-    assert {"satellite", "quadrotor", "tumbling_body", "point_mass"} <= set(SCENES)
+    assert {"satellite", "quadrotor", "tumbling_body", "point_mass", "underwater_vehicle", "tethered_drone"} <= set(
+        SCENES
+    )
 
 
 @pytest.mark.parametrize("name", SCENES)
@@ -74,6 +76,80 @@ def test_shot_flies_as_far_as_it_says():
     simulation.step(1820)
     x, _, z = simulation.state.position
     assert (x, z) == (pytest.approx(18.9, abs=0.05), pytest.approx(0.0, abs=0.02))  # m; measured 18.892 and -0.009
+
+
+def run(name, seconds):
+    """The scene after that many seconds without a command, and its energies [J] at the start and every 0.05 s."""
+    sim = Simulation.from_scene(load_scene(CONFIG / f"{name}.yaml"))
+    energies = [energy(sim)]
+    for _ in range(20 * seconds):
+        sim.step(round(0.05 * sim.rate))
+        energies.append(energy(sim))
+    return sim, energies
+
+
+def energy(sim):
+    potential = invariants.potential_energy(sim.body, sim.state, sim.gravity, sim.forces, sim.tethers)
+    return invariants.kinetic_energy(sim.body, sim.state) + potential
+
+
+def tilt(state):
+    """Angle [rad] between the body's z axis and the world's."""
+    return np.arccos(min(1.0, rotation.to_matrix(state.orientation)[2, 2]))
+
+
+def test_underwater_vehicle_rights_itself_and_rises_where_drag_meets_buoyancy():
+    """Terminal velocity: 5.18 v + 36.99 v² = buoyancy less weight, the drag along z of an upright vehicle."""
+    sim, energies = run("underwater_vehicle", 20)
+    lift = sim.forces[0][1][2] - 11.5 * 9.80665
+    speed = (np.sqrt(5.18**2 + 4.0 * 36.99 * lift) - 5.18) / (2.0 * 36.99)
+    assert speed == pytest.approx(0.174, abs=5e-4)  # m/s: what the file says
+    assert sim.state.velocity[2] == pytest.approx(speed, rel=1e-7, abs=0)  # measured 3.5e-9
+    assert tilt(sim.state) < 5e-4  # rad, from 1.05; measured 1.4e-4
+    assert np.linalg.norm(sim.state.angular_velocity) < 2e-3  # rad/s; measured 5.4e-4
+    assert (np.diff(energies) < 0.0).all()
+
+
+def test_underwater_vehicle_rocks_as_its_file_says():
+    """Small angles: ω² = buoyancy times its arm about the centre of mass, over the moment."""
+    sim, _ = run("underwater_vehicle", 5)
+    crossings, before = [], sim.state.orientation[1]
+    while len(crossings) < 3:
+        sim.step()
+        now = sim.state.orientation[1]
+        if now * before < 0.0:
+            crossings.append(sim.time)
+        before = now
+    period = 2.0 * np.pi / np.sqrt(114.8 * 0.02 / 0.16)
+    assert period == pytest.approx(1.7, abs=0.05)  # s: what the file says
+    assert crossings[2] - crossings[0] == pytest.approx(period, rel=0.02)  # measured 0.4 %, seen every 5 ms
+
+
+def test_tethered_drone_hovers_above_its_anchor():
+    """The cord's stretch is net thrust over stiffness; the swing to the side is the slowest to die away."""
+    sim, energies = run("tethered_drone", 20)
+    (cord,), lift = sim.tethers, 10.0 - 0.716 * 9.80665
+    stretch = np.linalg.norm(invariants.point_position(sim.state, cord.body_point) - cord.anchor) - cord.rest_length
+    assert stretch == pytest.approx(lift / 2957.0, rel=1e-3, abs=0)  # measured 1.1e-6
+    assert stretch == pytest.approx(1e-3, abs=5e-5)  # m: what the file says
+    assert np.linalg.norm(sim.state.position[:2]) < 0.05  # m, from 0.5; measured 0.017
+    assert tilt(sim.state) < 2e-3  # rad, from 0.17; measured 1.3e-3
+    assert np.max(np.diff(energies)) < 1e-12  # J, of 60; measured 4e-14, at rest: round-off
+    sim.step(100_000)
+    assert sim.state.position == pytest.approx((0.0, 0.0, 20.0 + 0.06 + lift / 2957.0), abs=1e-6)  # m; measured 7.7e-8
+    assert np.abs(sim.state.values[7:13]).max() < 1e-6  # m/s and rad/s at rest; measured 7.5e-8
+
+
+def test_tethered_drone_is_caught_by_its_cord():
+    """It arrives with 2.5 m/s; the cord stretches by 36 mm and throws it back."""
+    sim = Simulation.from_scene(load_scene(CONFIG / "tethered_drone.yaml"))
+    lengths, speeds = [], []
+    for _ in range(2000):
+        sim.step()
+        lengths.append(np.linalg.norm(invariants.point_position(sim.state, sim.tethers[0].body_point)))
+        speeds.append(sim.state.velocity[2])
+    assert min(lengths) < 19.0 and 20.005 < max(lengths) < 20.06  # m; measured 18.947 and 20.036
+    assert max(speeds) > 1.5 and min(speeds) < -1.0  # m/s; measured 2.54 and -2.03
 
 
 def test_installed_scene_is_found():
