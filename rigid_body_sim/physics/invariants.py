@@ -1,4 +1,8 @@
-"""Energy and momentum: what a motion keeps, and by how much the wrench changes it."""
+"""Energy and momentum: what a motion keeps, and by how much the wrench changes it.
+
+Products are formed as long doubles, which have room for any of them: an energy too large for a float is inf, not an
+overflow or a difference of two infinities on the way.
+"""
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -10,14 +14,14 @@ from .state import BodyState, State
 
 def kinetic_energy(body: Body, state: State) -> float:
     """½ m v·v + ½ ω·I ω [J], with v the velocity of the centre of mass."""
-    w_body = state.angular_velocity
-    velocity = center_of_mass_velocity(body, state)
-    return 0.5 * body.mass * float(velocity @ velocity) + 0.5 * float(w_body @ body.inertia @ w_body)
+    w_body = state.angular_velocity.astype(np.longdouble)
+    velocity = center_of_mass_velocity(body, state).astype(np.longdouble)
+    return float((body.mass * (velocity @ velocity) + w_body @ body.inertia @ w_body) / 2)
 
 
 def potential_energy(body: Body, state: State, gravity: ArrayLike) -> float:
     """−m g·x [J], with gravity g [m/s², world] and x the centre of mass; zero at the world's origin."""
-    return -body.mass * float(np.asarray(gravity, float) @ center_of_mass_position(body, state))
+    return float(-body.mass * (np.asarray(gravity, np.longdouble) @ center_of_mass_position(body, state)))
 
 
 def center_of_mass_position(body: Body, state: State) -> NDArray:
@@ -32,4 +36,5 @@ def center_of_mass_velocity(body: Body, state: State) -> NDArray:
 
 def angular_momentum_about_origin(body: Body, state: BodyState) -> NDArray:
     """x × P + L [kg m²/s] about the world's origin, world axes, shape (3,)."""
-    return np.cross(center_of_mass_position(body, state), state.momentum) + state.angular_momentum
+    position = center_of_mass_position(body, state).astype(np.longdouble)
+    return np.array([float(component) for component in np.cross(position, state.momentum) + state.angular_momentum])

@@ -130,7 +130,10 @@ def flatten(state: State, model: NDArray) -> NDArray:
         l_principal = model[MOMENTS : MOMENTS + 3] * to_principal(model, wx, wy, wz)
     flat[L : L + 3], flat[LOW + L : LOW + L + 3] = _turned_precisely(flat[Q : Q + 4].tolist(), l_principal.tolist())
     if not np.isfinite(flat).all():
-        raise ValueError(f"{state!r} has a momentum too large for a float; give smaller velocities, mass or inertia")
+        raise ValueError(
+            f"{state!r} puts the centre of mass or a momentum beyond the range of floats; "
+            "give a smaller position, smaller velocities, mass or inertia"
+        )
     return flat
 
 
