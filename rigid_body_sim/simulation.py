@@ -23,6 +23,7 @@ _PACK_WRENCH = struct.Struct("12d").pack_into
 _WRENCH_OFFSET = 8 * WRENCH
 
 NANOSECONDS = 1_000_000_000
+LOWEST_RATE = 1e-9  # Hz: a step of 30 years
 HIGHEST_RATE = 1e6  # Hz: beyond it a step is shorter than the call that computes it
 
 
@@ -70,8 +71,8 @@ class Simulation:
     Raises
     ------
     ValueError
-        A rate outside (0, 1e6] Hz, gravity that is not three finite numbers, an unknown integrator, or one that leaves
-        out the drag, the tethers or the forces given; rtol outside [1e-13, 1].
+        A rate outside [1e-9, 1e6] Hz, gravity that is not three finite numbers, an unknown integrator, or one that
+        leaves out the drag, the tethers or the forces given; rtol outside [1e-13, 1].
     """
 
     def __init__(
@@ -88,8 +89,8 @@ class Simulation:
         rtol: float = 1e-9,
     ):
         self._rate = float(rate)
-        if not 0.0 < self._rate <= HIGHEST_RATE:
-            raise ValueError(f"rate {self._rate:.9g} Hz is not between 0 (excluded) and {HIGHEST_RATE:g} Hz")
+        if not LOWEST_RATE <= self._rate <= HIGHEST_RATE:
+            raise ValueError(f"rate {self._rate:.9g} Hz is not between {LOWEST_RATE:g} and {HIGHEST_RATE:g} Hz")
         self.integrator = integrators.get(integrator)
         self._body, self._drag, self._tethers, self._rtol = body, drag, tuple(tethers), float(rtol)
         self._forces = Wrench(points=forces).points
@@ -302,10 +303,17 @@ class Simulation:
     def _why_stopped(self) -> str:
         state = self.state
         spin, speed = math.hypot(*state.angular_velocity), math.hypot(*state.velocity)  # norms that cannot overflow
+        angle, cause = spin * self._h, "would turn by more than about 1e5 rad in one step"
+        if self._origin is not None:
+            angle *= self.steps + 1 - self._origin[0]
+            cause = "would have turned by more than about 1e15 rad, with no digit left, since the wrench last changed"
+        if angle < (5e4 if self._origin is None else 5e14):  # then it is not the spin; a torque may still be the cause
+            values, points = self._wrench.values, self._wrench.points
+            turned = points or any(values[:6]) or any(values[9:])
+            cause = f"would not be finite, or {cause}" if turned else "would not be finite"
         return (
-            f"step {self.steps + 1} cannot be done: the state would not be finite, or would turn by more than about "
-            f"1e5 rad in one step; the last good state is kept (spin {spin:.3g} rad/s, speed {speed:.3g} m/s, "
-            f"held {self._wrench!r}); use a smaller wrench or a higher rate"
+            f"step {self.steps + 1} cannot be done: the state {cause}; the last good state is kept (spin {spin:.3g} "
+            f"rad/s, speed {speed:.3g} m/s, held {self._wrench!r}); use a smaller wrench or a higher rate"
         )
 
 

@@ -82,9 +82,9 @@ def test_time_in_seconds_is_the_step_count_over_the_rate():
     assert sim.steps == 441
 
 
-@pytest.mark.parametrize("rate", [0.0, -1.0, math.nan, math.inf, 1.1e6])
+@pytest.mark.parametrize("rate", [0.0, -1.0, math.nan, math.inf, 1.1e6, 5e-324])
 def test_rate_out_of_range_is_refused(rate):
-    with pytest.raises(ValueError, match=r"rate .* Hz is not between 0 \(excluded\) and 1e\+06 Hz"):
+    with pytest.raises(ValueError, match=r"rate .* Hz is not between 1e-09 and 1e\+06 Hz"):
         simulation(rate=rate)
 
 
@@ -196,8 +196,8 @@ def test_what_was_given_at_the_start_cannot_be_changed_behind_its_back():
 
 
 def test_motion_too_large_for_a_float_is_refused():
-    with pytest.raises(ValueError, match="has a momentum too large for a float"):
-        Simulation(Body(1e200, (1.0, 1.0, 1.0)), State(velocity=(1e200, 0.0, 0.0)))
+    with pytest.raises(ValueError, match="a momentum beyond the range of floats"):
+        Simulation(Body(1e100, (1.0, 1.0, 1.0)), State(velocity=(1e210, 0.0, 0.0)))
 
 
 def test_no_steps_change_nothing():

@@ -15,6 +15,7 @@ closed form is not integrated: L under a torque fixed in the world, P and x unde
 import math
 
 from ..physics.compiled import kernel
+from ..physics.extended import xadd
 from ..physics.forces import (
     CARRIED,
     EULER,
@@ -31,7 +32,7 @@ from ..physics.forces import (
     torque_principal,
 )
 from ..physics.rotation import cross, qmultiply, qrotate, qrotate_back
-from ..physics.state import SIZE, L, P, Q, X, add_compensated, copy, is_finite
+from ..physics.state import SIZE, L, P, Q, X, add_compensated, align, body_momentum, copy, is_finite, is_thin
 from .base import Integrator
 
 HIGHEST_ORDER = 24
@@ -47,7 +48,8 @@ _QT = 0  # series of the relative attitude Q, 4 a term
 _ETA = _QT + 4 * _TERMS  # series of η, 3 a term
 _BT = _ETA + 3 * _TERMS  # series of the carried vectors, 9 a term
 _AT = _BT + 9 * _TERMS  # series of v × F for a body-axes force, 3 a term
-_BACKUP = _AT + 3 * _TERMS  # the state before the step
+_SPIN = _AT + 3 * _TERMS  # Rᵀ L of a thin body at the start of the sub-step: 3 high parts, 3 low parts
+_BACKUP = _SPIN + 6  # the state before the step
 WORK_SIZE = _BACKUP + SIZE
 
 
@@ -80,8 +82,7 @@ def _step(state, model, work, h):
 def _substep(state, model, work, left):
     """Advance by as much of ``left`` [s] as one series covers, and return it."""
     qw, qx, qy, qz = state[Q], state[Q + 1], state[Q + 2], state[Q + 3]
-    lx, ly, lz = state[L], state[L + 1], state[L + 2]
-    wx, wy, wz = rates_principal(model, qw, qx, qy, qz, lx, ly, lz)
+    wx, wy, wz = _rates(state, model, work)
     tx, ty, tz = torque_principal(model, qw, qx, qy, qz)
     trial = _trial_step(model, wx, wy, wz, tx, ty, tz, left)
     if wx == 0.0 and wy == 0.0 and wz == 0.0 and tx == 0.0 and ty == 0.0 and tz == 0.0:
@@ -93,6 +94,18 @@ def _substep(state, model, work, left):
     _translate(state, model, work, order, fraction, trial, qw, qx, qy, qz)
     _turn(state, model, work, order, fraction, trial, qw, qx, qy, qz)
     return fraction * trial
+
+
+@kernel
+def _rates(state, model, work):
+    """Rates in principal axes; those of a thin body from Rᵀ L in twice the precision, which stays in ``work``."""
+    s, m = _SPIN, MOMENTS
+    if not is_thin(model):
+        return rates_principal(
+            model, state[Q], state[Q + 1], state[Q + 2], state[Q + 3], state[L], state[L + 1], state[L + 2]
+        )
+    work[s], work[s + 3], work[s + 1], work[s + 4], work[s + 2], work[s + 5] = body_momentum(state)
+    return work[s] / model[m], work[s + 1] / model[m + 1], work[s + 2] / model[m + 2]
 
 
 @kernel
@@ -267,6 +280,18 @@ def _turn(state, model, work, order, fraction, trial, qw, qx, qy, qz):
     add_compensated(state, Q + 1, ax)
     add_compensated(state, Q + 2, ay)
     add_compensated(state, Q + 3, az)
+    if is_thin(model):
+        _align_thin(state, model, work, trial, ex, ey, ez)
+
+
+@kernel
+def _align_thin(state, model, work, trial, ex, ey, ez):
+    """Give q the Rᵀ L that Euler's equation led to: there the spin about the thin axis lost no digits."""
+    s, r = _SPIN, 2.0 / trial
+    lx, lxl = xadd(work[s], work[s + 3], r * model[MOMENTS] * ex, 0.0)
+    ly, lyl = xadd(work[s + 1], work[s + 4], r * model[MOMENTS + 1] * ey, 0.0)
+    lz, lzl = xadd(work[s + 2], work[s + 5], r * model[MOMENTS + 2] * ez, 0.0)
+    align(state, lx, lxl, ly, lyl, lz, lzl)
 
 
 @kernel

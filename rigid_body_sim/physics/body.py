@@ -14,7 +14,7 @@ class Body:
     Parameters
     ----------
     mass : float
-        Mass [kg], greater than zero.
+        Mass [kg], from 1e-100 to 1e100.
     inertia : array_like
         Inertia [kg m²] about the centre of mass in body axes: 3 principal moments, 6 entries (ixx, iyy, izz, ixy, ixz,
         iyz) as in URDF, or a matrix (3, 3).
@@ -24,8 +24,8 @@ class Body:
     Raises
     ------
     ValueError
-        Mass not positive, inertia that no body can have, a value that is not finite, a wrong shape: each with its
-        reason.
+        Mass not positive, inertia that no body can have, a value that is not finite or beyond the range of masses,
+        moments and lengths (physics.inertia.LEAST, MOST), a wrong shape: each with its reason.
 
     Attributes
     ----------
@@ -42,6 +42,10 @@ class Body:
         self.center_of_mass = np.array(center_of_mass, float)
         if self.center_of_mass.shape != (3,) or not np.isfinite(self.center_of_mass).all():
             raise ValueError(f"center_of_mass {center_of_mass!r} must be three finite numbers in m")
+        if np.abs(self.center_of_mass).max() > inertia_module.MOST:
+            raise ValueError(
+                f"center_of_mass {center_of_mass!r} is farther than {inertia_module.MOST:g} m from the origin"
+            )
         self.principal_moments, self.q_body_principal = inertia_module.principal_axes(self.inertia)
         for array in (self.inertia, self.center_of_mass, self.principal_moments, self.q_body_principal):
             array.flags.writeable = False
@@ -70,8 +74,13 @@ class Body:
 
 
 def positive(value: float, name: str, unit: str) -> float:
-    """``value`` as a float. Raises ValueError, naming it, when it is not a finite number greater than zero."""
+    """``value`` as a float. Raises ValueError, naming it, unless it is positive, and from inertia.LEAST to MOST."""
     number = float(value)
     if not 0.0 < number < math.inf:
         raise ValueError(f"{name} {number:g} {unit} is not a finite number greater than zero")
+    if not inertia_module.LEAST <= number <= inertia_module.MOST:
+        raise ValueError(
+            f"{name} {number:g} {unit} is not between {inertia_module.LEAST:g} and {inertia_module.MOST:g} {unit}; "
+            "beyond these, products of floats under- or overflow"
+        )
     return number

@@ -20,10 +20,10 @@ import math
 
 from .compiled import kernel
 from .elliptic import JACOBI_WORK, carlson_rf, carlson_rj, jacobi, quarter_period
-from .extended import two_sum, xadd, xdot, xmultiply
+from .extended import two_sum, xadd, xdot, xmultiply, xrotate_back
 from .forces import MOMENTS
 from .rotation import qmultiply
-from .state import LOW, L, Q
+from .state import LOW, L, Q, align, is_thin
 
 MOST_TURNS = 1e15  # rad: after a larger angle no digit of the attitude is left
 NO_TILT = 1e-130  # relative to |L|: a spin nearer to the middle axis, whose squares would underflow, counts as along it
@@ -58,12 +58,15 @@ def turn_freely(state, model, work, t):
     dw, d1, d2, d3, tau, sigma = _relative_turn(work, r, b, s, qq, distance / (qq * qq), g, time)
     work[_DELTA + r], work[_DELTA + b], work[_DELTA + s] = d1, tau * d2, sigma * d3
     _turn_attitude(state, dw, work[_DELTA], work[_DELTA + 1], work[_DELTA + 2])
+    if is_thin(model):
+        unit = math.ldexp(1.0, max(-1000, min(1000, unit_l)))
+        align(state, unit * work[_SPIN], 0.0, unit * work[_SPIN + 1], 0.0, unit * work[_SPIN + 2], 0.0)
     return True
 
 
 @kernel
 def _body_momentum(state, work, scale):
-    """Put |q|² Rᵀ L = (w² − u·u) L + 2 (u·L) u − 2 w (u × L), scaled, into ``work``; return |q|² and scaled |L|.
+    """Put |q|² Rᵀ L, scaled, into ``work``; return |q|² and scaled |L|.
 
     In twice the precision: close to the separatrix, the last bit of a component decides when the body turns over.
     """
@@ -72,20 +75,10 @@ def _body_momentum(state, work, scale):
     wl, xl, yl, zl = state[i + Q], state[i + Q + 1], state[i + Q + 2], state[i + Q + 3]
     a, b, c = scale * state[L], scale * state[L + 1], scale * state[L + 2]
     al, bl, cl = scale * state[i + L], scale * state[i + L + 1], scale * state[i + L + 2]
-    ww, wwl = xmultiply(w, wl, w, wl)
-    uu, uul = xdot(x, xl, x, xl, y, yl, y, yl, z, zl, z, zl)
-    ul, ull = xdot(x, xl, a, al, y, yl, b, bl, z, zl, c, cl)
-    even, even_low = xadd(ww, wwl, -uu, -uul)
-    qq, _ = xadd(ww, wwl, uu, uul)
-    for k in range(3):
-        # component k of L, u and u × L
-        lk, lkl, uk, ukl = (a, al, x, xl) if k == 0 else (b, bl, y, yl) if k == 1 else (c, cl, z, zl)
-        m, ml, n, nl = (y, yl, z, zl) if k == 0 else (z, zl, x, xl) if k == 1 else (x, xl, y, yl)
-        o, ol, p, pl = (c, cl, b, bl) if k == 0 else (a, al, c, cl) if k == 1 else (b, bl, a, al)
-        odd, odd_low = xdot(m, ml, o, ol, -n, -nl, p, pl, 0.0, 0.0, 0.0, 0.0)
-        work[_SPIN + k], work[_SPIN_LOW + k] = xdot(
-            even, even_low, lk, lkl, 2.0 * ul, 2.0 * ull, uk, ukl, -2.0 * w, -2.0 * wl, odd, odd_low
-        )
+    h, k = _SPIN, _SPIN_LOW
+    qq, _, work[h], work[k], work[h + 1], work[k + 1], work[h + 2], work[k + 2] = xrotate_back(
+        w, wl, x, xl, y, yl, z, zl, a, al, b, bl, c, cl
+    )
     gg, _ = xdot(a, al, a, al, b, bl, b, bl, c, cl, c, cl)
     return qq, math.sqrt(gg)
 
@@ -126,7 +119,8 @@ def _weighted_square(work, i, j, k):
 def _relative_turn(work, r, b, s, qq, distance, g, time):
     """The rotation from the attitude at 0 to that at ``time``, in axes 1, 2, 3, and the signs of axes 2 and 3.
 
-    Not normalised. ``distance`` is d_sb l₃² − d_rb l₁².
+    The rotation is not normalised. The angular momentum at ``time``, scaled, principal axes, takes the place of that at
+    0 in ``work``. ``distance`` is d_sb l₃² − d_rb l₁².
     """
     sigma = -1.0 if work[_SPIN + s] < 0.0 else 1.0
     tau = sigma if (b - r) % 3 == 1 else -sigma
@@ -139,6 +133,7 @@ def _relative_turn(work, r, b, s, qq, distance, g, time):
     else:
         psi = time * ((l1 * l1 / mr + l2 * l2 / mb + l3 * l3 / ms) + g * l3 / ms) / (g + l3)
         e1, e2, e3 = l1, l2, l3
+    work[_SPIN + r], work[_SPIN + b], work[_SPIN + s] = e1, tau * e2, sigma * e3
     sine, cosine = math.sin(0.5 * psi), math.cos(0.5 * psi)
     dw, d1, d2, d3 = qmultiply(g + l3, -l2, l1, 0.0, cosine, 0.0, 0.0, sine)
     dw, d1, d2, d3 = qmultiply(dw, d1, d2, d3, g + e3, e2, -e1, 0.0)

@@ -54,3 +54,27 @@ def xdot(ah, al, bh, bl, ch, cl, dh, dl, eh, el, fh, fl):
     h, l = xadd(h, l, gh, gl)
     gh, gl = xmultiply(eh, el, fh, fl)
     return xadd(h, l, gh, gl)
+
+
+@kernel
+def xrotate_back(w, wl, x, xl, y, yl, z, zl, a, al, b, bl, c, cl):
+    """|q|² and |q|² Rᵀ v = (w² − u·u) v + 2 (u·v) u − 2 w (u × v) of q = [w, u] and v = (a, b, c), extended numbers."""
+    ww, wwl = xmultiply(w, wl, w, wl)
+    uu, uul = xdot(x, xl, x, xl, y, yl, y, yl, z, zl, z, zl)
+    uv, uvl = xdot(x, xl, a, al, y, yl, b, bl, z, zl, c, cl)
+    even, evenl = xadd(ww, wwl, -uu, -uul)
+    qq, qql = xadd(ww, wwl, uu, uul)
+    uv, uvl, w, wl = 2.0 * uv, 2.0 * uvl, -2.0 * w, -2.0 * wl
+    d, dl = xdot(y, yl, c, cl, -z, -zl, b, bl, 0.0, 0.0, 0.0, 0.0)
+    e, el = xdot(z, zl, a, al, -x, -xl, c, cl, 0.0, 0.0, 0.0, 0.0)
+    f, fl = xdot(x, xl, b, bl, -y, -yl, a, al, 0.0, 0.0, 0.0, 0.0)
+    a, al = xdot(even, evenl, a, al, uv, uvl, x, xl, w, wl, d, dl)
+    b, bl = xdot(even, evenl, b, bl, uv, uvl, y, yl, w, wl, e, el)
+    c, cl = xdot(even, evenl, c, cl, uv, uvl, z, zl, w, wl, f, fl)
+    return qq, qql, a, al, b, bl, c, cl
+
+
+@kernel
+def xunscale(a, al, qq, qql):
+    """a / qq of extended numbers, for qq within some round-off of 1."""
+    return two_sum(a, al - a * ((qq - 1.0) + qql))

@@ -1,4 +1,8 @@
-"""Energy and momentum: what a motion keeps, and by how much the wrench changes it."""
+"""Energy and momentum: what a motion keeps, and by how much the wrench changes it.
+
+Products are formed as long doubles, which have room for any of them: an energy too large for a float is inf, not an
+overflow or a difference of two infinities on the way.
+"""
 
 from collections.abc import Sequence
 
@@ -14,9 +18,9 @@ from .wrench import PointForce
 
 def kinetic_energy(body: Body, state: State) -> float:
     """½ m v·v + ½ ω·I ω [J], with v the velocity of the centre of mass."""
-    w_body = state.angular_velocity
-    velocity = center_of_mass_velocity(body, state)
-    return 0.5 * body.mass * float(velocity @ velocity) + 0.5 * float(w_body @ body.inertia @ w_body)
+    w_body = state.angular_velocity.astype(np.longdouble)
+    velocity = center_of_mass_velocity(body, state).astype(np.longdouble)
+    return float((body.mass * (velocity @ velocity) + w_body @ body.inertia @ w_body) / 2)
 
 
 def potential_energy(
@@ -31,14 +35,15 @@ def potential_energy(
     With gravity g [m/s², world], the centre of mass x, a force f [N, world] at the point p, and a tether's stiffness k
     and stretch s, which is zero while it is slack. Gravity and forces have none at the world's origin.
     """
-    energy = -body.mass * float(np.asarray(gravity, float) @ center_of_mass_position(body, state))
+    energy = -body.mass * (np.asarray(gravity, np.longdouble) @ center_of_mass_position(body, state))
     for point, force in forces:
-        energy -= float(np.asarray(force, float) @ point_position(state, point))
+        energy -= np.asarray(force, np.longdouble) @ point_position(state, point)
     for tether in tethers:
-        stretch = float(np.linalg.norm(point_position(state, tether.body_point) - tether.anchor)) - tether.rest_length
+        away = point_position(state, tether.body_point).astype(np.longdouble) - tether.anchor
+        stretch = np.sqrt(away @ away) - tether.rest_length
         if stretch > 0.0 or not tether.slack:
-            energy += 0.5 * tether.stiffness * stretch * stretch
-    return energy
+            energy += tether.stiffness * stretch * stretch / 2
+    return float(energy)
 
 
 def point_position(state: State, point: ArrayLike) -> NDArray:
@@ -58,4 +63,5 @@ def center_of_mass_velocity(body: Body, state: State) -> NDArray:
 
 def angular_momentum_about_origin(body: Body, state: BodyState) -> NDArray:
     """x × P + L [kg m²/s] about the world's origin, world axes, shape (3,)."""
-    return np.cross(center_of_mass_position(body, state), state.momentum) + state.angular_momentum
+    position = center_of_mass_position(body, state).astype(np.longdouble)
+    return np.array([float(component) for component in np.cross(position, state.momentum) + state.angular_momentum])

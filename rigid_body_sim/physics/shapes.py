@@ -31,14 +31,11 @@ class Shape:
         """Of this shape, with its centre of mass at the origin, from its mass [kg] or its density [kg/m³].
 
         Raises ValueError for a wrong number of dimensions [m], one that breaks its rule, mass and density both given or
-        both missing, a density for a shape without volume, or results beyond the range of floats.
+        both missing, a density for a shape without volume, or anything beyond the range of ``body.positive``.
         """
         sizes = self._checked(dimensions)
-        try:
-            volume = self.volume(*sizes) if self.volume else 0.0
-            moments = self.moments(*sizes)
-        except OverflowError:
-            raise ValueError(f"{self.name} with dimensions {list(sizes)} m is too large to be computed") from None
+        volume = self.volume(*sizes) if self.volume else 0.0
+        moments = self.moments(*sizes)
         if density is not None and volume == 0.0:
             raise ValueError(f"{self.name} with dimensions {list(sizes)} m has no volume for a density; give its mass")
         total = mass_of(volume, mass, density)

@@ -2,6 +2,10 @@
 
 Layout of the flat state, 26 numbers, theory (2.6.1): (x, q, P, L), then the low-order parts of the same 13 numbers,
 which compensated summation keeps. A number's best value is the sum of the two.
+
+The spin of a thin body about its long axis is a small component of Rᵀ L over a small moment: one unit of round-off in q
+or L is an error of ε |L| / I in it. So for a thin body the low-order parts count whenever Rᵀ L is formed, and an
+integrator that knows Rᵀ L better than q says writes it back into them (``align``).
 """
 
 import math
@@ -11,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import rotation
 from .compiled import kernel
+from .extended import xrotate_back, xunscale
 from .forces import CENTER_OF_MASS, MASS, MOMENTS, Q_BODY_PRINCIPAL, rates_principal, to_body, to_principal
 from .rotation import cross, qmultiply, qrotate
 from .wrench import three_finite
@@ -21,6 +26,8 @@ P = 7  # momentum [kg m/s, world], 3
 L = 10  # angular momentum about the centre of mass [kg m²/s, world], 3
 LOW = 13  # where the low-order parts begin
 SIZE = 26
+THIN = 10.0  # ratio of the moments above which a body counts as thin
+NO_LOW_PARTS = 1e-280  # kg m²/s: below it, low-order parts underflow
 OUT_SIZE = 19  # position 3, orientation 4, velocity 3, angular velocity 3, momentum 3, angular momentum 3
 
 
@@ -121,10 +128,84 @@ def flatten(state: State, model: NDArray) -> NDArray:
     flat[P : P + 3] = mass * (vx + ux), mass * (vy + uy), mass * (vz + uz)
     with np.errstate(over="ignore", invalid="ignore"):
         l_principal = model[MOMENTS : MOMENTS + 3] * to_principal(model, wx, wy, wz)
-    flat[L : L + 3] = qrotate(*flat[Q : Q + 4].tolist(), *l_principal.tolist())
+    flat[L : L + 3], flat[LOW + L : LOW + L + 3] = _turned_precisely(flat[Q : Q + 4].tolist(), l_principal.tolist())
     if not np.isfinite(flat).all():
-        raise ValueError(f"{state!r} has a momentum too large for a float; give smaller velocities, mass or inertia")
+        raise ValueError(
+            f"{state!r} puts the centre of mass or a momentum beyond the range of floats; "
+            "give a smaller position, smaller velocities, mass or inertia"
+        )
     return flat
+
+
+def _turned_precisely(q: list[float], v: list[float]) -> tuple[list[float], list[float]]:
+    """R v of a quaternion of unit length but for round-off: the nearest floats, and their low-order parts."""
+    (w, x, y, z), (a, b, c) = q, v
+    qq, qql, *turned = xrotate_back(w, 0.0, -x, 0.0, -y, 0.0, -z, 0.0, a, 0.0, b, 0.0, c, 0.0)
+    pairs = [xunscale(*turned[i : i + 2], qq, qql) for i in (0, 2, 4)]
+    return [high for high, _ in pairs], [low for _, low in pairs]
+
+
+@kernel
+def is_thin(model):
+    """Whether the moments differ so much that the low-order parts of q and L count."""
+    x, y, z = model[MOMENTS], model[MOMENTS + 1], model[MOMENTS + 2]
+    return max(x, y, z) > THIN * min(x, y, z)
+
+
+@kernel
+def body_momentum(state):
+    """Rᵀ L, principal axes, as three extended numbers, with the low-order parts of q and L."""
+    i = LOW
+    qq, qql, a, al, b, bl, c, cl = xrotate_back(
+        state[Q],
+        state[i + Q],
+        state[Q + 1],
+        state[i + Q + 1],
+        state[Q + 2],
+        state[i + Q + 2],
+        state[Q + 3],
+        state[i + Q + 3],
+        state[L],
+        state[i + L],
+        state[L + 1],
+        state[i + L + 1],
+        state[L + 2],
+        state[i + L + 2],
+    )
+    a, al = xunscale(a, al, qq, qql)
+    b, bl = xunscale(b, bl, qq, qql)
+    c, cl = xunscale(c, cl, qq, qql)
+    return a, al, b, bl, c, cl
+
+
+@kernel
+def rates(state, model):
+    """Angular velocity of the state in principal axes, to round-off for thin bodies too."""
+    if is_thin(model):
+        x, _, y, _, z, _ = body_momentum(state)
+        return x / model[MOMENTS], y / model[MOMENTS + 1], z / model[MOMENTS + 2]
+    return rates_principal(
+        model, state[Q], state[Q + 1], state[Q + 2], state[Q + 3], state[L], state[L + 1], state[L + 2]
+    )
+
+
+@kernel
+def align(state, x, xl, y, yl, z, zl):
+    """Turn the attitude by the round-off by which Rᵀ L misses the direction of (x, y, z), extended, principal axes."""
+    a, al, b, bl, c, cl = body_momentum(state)
+    size = max(abs(a), abs(b), abs(c))
+    if not size > NO_LOW_PARTS:
+        return
+    # A small rotation δ of the body changes l = Rᵀ L by l × δ, and δ = d × l / l·l makes that d, less its part along l.
+    dx, dy, dz = ((x - a) + (xl - al)) / size, ((y - b) + (yl - bl)) / size, ((z - c) + (zl - cl)) / size
+    a, b, c = a / size, b / size, c / size
+    dx, dy, dz = cross(dx, dy, dz, a, b, c)
+    half = 0.5 / (a * a + b * b + c * c)
+    w, x, y, z = qmultiply(state[Q], state[Q + 1], state[Q + 2], state[Q + 3], 0.0, half * dx, half * dy, half * dz)
+    add_compensated(state, Q, w)
+    add_compensated(state, Q + 1, x)
+    add_compensated(state, Q + 2, y)
+    add_compensated(state, Q + 3, z)
 
 
 @kernel
@@ -145,9 +226,7 @@ def read_out(state, model, out):
 
     The velocity is that of the body frame's origin: v_o = P/m − R (ω × c), with c and ω in body axes.
     """
-    wx, wy, wz = rates_principal(
-        model, state[Q], state[Q + 1], state[Q + 2], state[Q + 3], state[L], state[L + 1], state[L + 2]
-    )
+    wx, wy, wz = rates(state, model)
     wx, wy, wz = to_body(model, wx, wy, wz)
     px, py, pz, qw, qx, qy, qz = read_pose(state, model)
     c, m = CENTER_OF_MASS, model[MASS]
