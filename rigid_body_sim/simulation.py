@@ -3,8 +3,8 @@
 import math
 import operator
 import struct
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,10 +13,13 @@ from . import integrators
 from .physics import compiled
 from .physics import state as flat
 from .physics.body import Body
-from .physics.forces import WRENCH, new_model
+from .physics.forces import WRENCH
 from .physics.resistance import NO_DRAG, Drag, Tether
 from .physics.state import BodyState, State
-from .physics.wrench import PointForce, Wrench, three_finite
+from .physics.stiffness import spectral_radius
+from .physics.terms import Terms
+from .physics.wrench import ZERO, PointForce, Wrench, total
+from .scene import plan
 from .scene.loader import Scene
 
 _PACK_WRENCH = struct.Struct("12d").pack_into
@@ -25,8 +28,7 @@ _WRENCH_OFFSET = 8 * WRENCH
 NANOSECONDS = 1_000_000_000
 LOWEST_RATE = 1e-9  # Hz: a step of 30 years
 HIGHEST_RATE = 1e6  # Hz: beyond it a step is shorter than the call that computes it
-
-
+NO_WRENCH = Wrench()
 MOST_AT_ONCE = 1_000_000  # steps in one kernel call, so that Ctrl-C is heard during a long run
 MOST_STEPS_HELD = 1e15
 
@@ -41,9 +43,9 @@ class Snapshot:
 
     steps: int
     state: tuple[float, ...]
-    wrench: Wrench
-    expiry: int | None
+    sources: tuple[tuple[str, Wrench, int | None], ...]  # name, wrench held, step at which it ends
     origin: tuple[int, tuple[float, ...]] | None = None  # step and state from which ``exact`` evaluates
+    stiffness: float | None = None  # by which ``auto`` chose
 
 
 class Simulation:
@@ -59,7 +61,8 @@ class Simulation:
     gravity : array_like, shape (3,)
         Acceleration [m/s²] of free fall, world axes.
     integrator : str
-        A name in the registry, ``rigid_body_sim.integrators.REGISTRY``.
+        ``auto``, which takes the cheapest one that is right for what acts (see scene.plan) and changes it when that
+        changes, or a name in the registry, ``rigid_body_sim.integrators.REGISTRY``.
     drag : Drag
     tethers : sequence of Tether
     forces : sequence of (point, force)
@@ -81,8 +84,8 @@ class Simulation:
         state: State | None = None,
         *,
         rate: float = 1000.0,
-        gravity: ArrayLike = (0.0, 0.0, 0.0),
-        integrator: str = "taylor",
+        gravity: ArrayLike = ZERO,
+        integrator: str = integrators.AUTO,
         drag: Drag = NO_DRAG,
         tethers: Sequence[Tether] = (),
         forces: Sequence[PointForce] = (),
@@ -91,24 +94,22 @@ class Simulation:
         self._rate = float(rate)
         if not LOWEST_RATE <= self._rate <= HIGHEST_RATE:
             raise ValueError(f"rate {self._rate:.9g} Hz is not between {LOWEST_RATE:g} and {HIGHEST_RATE:g} Hz")
-        self.integrator = integrators.get(integrator)
-        self._body, self._drag, self._tethers, self._rtol = body, drag, tuple(tethers), float(rtol)
-        self._forces = Wrench(points=forces).points
-        self._check_integrator()
-        self._gravity = np.array(three_finite(gravity, "gravity"))
-        self._gravity.flags.writeable = False
+        self._asked_for = None if integrator == integrators.AUTO else integrators.get(integrator)
+        self._terms = Terms(body, gravity, drag, tethers, forces, rtol)
+        self._check_integrator(self._terms)
         self.initial_state = State() if state is None else state
         self.steps = 0
         self._h = 1.0 / self._rate
         self._rate_ratio = self._rate.as_integer_ratio()
-        self._work = np.zeros(self.integrator.work_size)
+        self._kernels: dict[str, tuple[Callable, NDArray]] = {}
         self._out = np.zeros(flat.OUT_SIZE)
-        model = self._new_model(Wrench())
-        self._state = flat.flatten(self.initial_state, model)
-        self._steps_kernel = compiled.ready(self.integrator.steps, self._state, model, self._work, self._h, 1)
-        self._read_kernel = compiled.ready(flat.read_out, self._state, model, self._out)
-        self._pose_kernel = compiled.ready(flat.read_pose, self._state, model)
-        self._install(Wrench())
+        self._model = self._terms.model(NO_WRENCH)
+        self._state = flat.flatten(self.initial_state, self._model)
+        self._origin = self._state.copy()
+        self._read_kernel = compiled.ready(flat.read_out, self._state, self._model, self._out)
+        self._pose_kernel = compiled.ready(flat.read_pose, self._state, self._model)
+        self._prepare()
+        self._begin_with({})
 
     @classmethod
     def from_scene(cls, scene: Scene) -> "Simulation":
@@ -116,43 +117,45 @@ class Simulation:
 
         Raises ValueError for an integrator that is unknown, or leaves out what the scene has.
         """
-        name = scene["integrator.name"]
-        if name not in integrators.REGISTRY:
-            raise ValueError(f"parameter integrator.name = {name!r}: give one of {', '.join(integrators.REGISTRY)}")
-        drag, tethers, forces = scene.drag(), scene.tethers(), scene.forces()
-        if refusal := _leaves_out(integrators.get(name), drag, tethers, forces):
-            raise ValueError(f"parameter integrator.name = {name!r}: {refusal}")
+        name, terms = scene["integrator.name"], scene.terms()
+        if name not in integrators.CHOICES:
+            raise ValueError(f"parameter integrator.name = {name!r}: give one of {', '.join(integrators.CHOICES)}")
+        if name != integrators.AUTO and (shortfall := integrators.shortfall(name, terms)):
+            raise ValueError(f"parameter integrator.name = {name!r}: {shortfall}")
         return cls(
-            scene.body(),
+            terms.body,
             scene.initial_state(),
             rate=scene["rate"],
-            gravity=scene["gravity"],
             integrator=name,
-            drag=drag,
-            tethers=tethers,
-            forces=forces,
-            rtol=scene["integrator.rtol"],
+            **{field: getattr(terms, field) for field in ("gravity", "drag", "tethers", "forces", "rtol")},
         )
 
     @property
     def body(self) -> Body:
         """The body that is simulated."""
-        return self._body
+        return self._terms.body
 
     @property
     def gravity(self) -> NDArray:
         """Acceleration of free fall [m/s²], world axes, shape (3,)."""
-        return self._gravity
+        gravity = np.array(self._terms.gravity)
+        gravity.flags.writeable = False
+        return gravity
+
+    @property
+    def drag(self) -> Drag:
+        """The drag that acts."""
+        return self._terms.drag
 
     @property
     def tethers(self) -> tuple[Tether, ...]:
         """The tethers that hold the body."""
-        return self._tethers
+        return self._terms.tethers
 
     @property
     def forces(self) -> tuple[PointForce, ...]:
         """The forces that always act, as (point [m, body axes], force [N, world axes])."""
-        return self._forces
+        return self._terms.forces
 
     @property
     def rate(self) -> float:
@@ -179,22 +182,58 @@ class Simulation:
         """The wrench held now."""
         return self._wrench
 
-    def set_wrench(self, wrench: Wrench, hold: float | None = None) -> None:
+    def set_wrench(self, wrench: Wrench, hold: float | None = None, source: str = "") -> None:
         """Hold ``wrench`` from now on, or for ``hold`` s of simulated time (at least one step) and zero after that.
 
-        Raises ValueError, and changes nothing, for a wrench that the integrator cannot be given.
+        Wrenches of different sources are held side by side, each until its own end, and add up. Raises ValueError, and
+        changes nothing, for a wrench that the integrator cannot be given.
         """
         expiry = None if hold is None else self.steps + self._steps_held(hold)
-        if self._plain and not wrench.points:
+        if len(self._sources) == (source in self._sources):  # no other source holds one
+            self._hold(wrench, expiry)
+            self._sources[source] = wrench, expiry
+        else:
+            self._hold_all({**self._sources, source: (wrench, expiry)})
+
+    def clear_wrench(self) -> None:
+        """Hold no wrench, from no source."""
+        self._hold_all({})
+
+    def _hold_all(self, sources: dict[str, tuple[Wrench, int | None]]) -> None:
+        ends = [expiry for _, expiry in sources.values() if expiry is not None]
+        self._hold(total(wrench for wrench, _ in sources.values()), min(ends, default=None))
+        self._sources = sources
+
+    def _hold(self, wrench: Wrench, expiry: int | None) -> None:
+        """Hold ``wrench`` up to step ``expiry``."""
+        if self._plain and not wrench.points and (self._takes_any or wrench.turns == self._wrench.turns):
+            if self._origin_steps is not None and wrench.values != self._wrench.values:
+                self._mark_origin()
             _PACK_WRENCH(self._model_bytes, _WRENCH_OFFSET, *wrench.values)
             self._wrench = wrench
         elif wrench != self._wrench:
             self._install(wrench)
         self._expiry = expiry
 
-    def clear_wrench(self) -> None:
-        """Hold no wrench."""
-        self.set_wrench(Wrench())
+    def _end_holding(self) -> None:
+        """Go on without the sources whose time has run out."""
+        self._hold_all({name: held for name, held in self._sources.items() if held[1] is None or held[1] > self.steps})
+
+    def change(self, **terms: Body | ArrayLike | Drag | Sequence[Tether | PointForce] | float) -> None:
+        """Go on with another ``body``, ``gravity``, ``drag``, ``tethers``, ``forces`` or ``rtol``; those not named stay.
+
+        Pose and velocities of the body frame stay, and so do the held wrench and the time; another body has another
+        momentum. Raises ValueError, and changes nothing, as the constructor does, and TypeError for any other name.
+        An integrator that was not needed before is made ready here, which compiles it when it never was.
+        """
+        new = replace(self._terms, **terms)
+        self._check_integrator(new)
+        state = self._state
+        if new.body != self.body:
+            state = flat.flatten(self.state, new.model(NO_WRENCH))
+        self._terms = new
+        self._state[:] = state
+        self._begin_anew()
 
     def step(self, n: int = 1) -> None:
         """Advance by n steps. Raises ValueError for n below 0 and TypeError for anything but a whole number.
@@ -208,18 +247,18 @@ class Simulation:
             raise ValueError(f"step({n}): time does not run backwards; give a number of steps of at least 0")
         while n > 0:
             held = n if self._expiry is None else min(n, self._expiry - self.steps)
-            if self._origin is not None:
+            if self._origin_steps is not None:
                 done = self._step_from_origin(held)
             else:
                 if held > MOST_AT_ONCE:
                     held = MOST_AT_ONCE
                 done = self._steps_kernel(self._state, self._model, self._work, self._h, held)
             self.steps += done
-            if done < held:
+            if done < held and not self._turned_stiff():
                 raise SimulationError(self._why_stopped())
             if self.steps == self._expiry:
-                self.clear_wrench()
-            n -= held
+                self._end_holding()
+            n -= done
 
     # State ------------------------------------------------------------------------------------------------------------
 
@@ -239,30 +278,106 @@ class Simulation:
         self._state[:] = flat.flatten(self.initial_state if state is None else state, self._model)
         if not keep_time:
             self.steps = 0
-        self._install(Wrench())
+        self._begin_anew({})
+
+    def set_state(self, state: State) -> None:
+        """Go on from ``state``; time and held wrenches stay. Raises ValueError, and changes nothing, on overflow."""
+        self._state[:] = flat.flatten(state, self._model)
+        self._begin_anew()
 
     def save(self) -> Snapshot:
         """Step count, state with its low-order parts, and held wrench, exact to the bit."""
-        origin = self._origin and (self._origin[0], tuple(self._origin[1].tolist()))
-        return Snapshot(self.steps, tuple(self._state.tolist()), self._wrench, self._expiry, origin)
+        origin = None if self._origin_steps is None else (self._origin_steps, tuple(self._origin.tolist()))
+        state = tuple(self._state.tolist())
+        sources = tuple((name, *held) for name, held in self._sources.items())
+        return Snapshot(self.steps, state, sources, origin, self._stiffness)
 
     def restore(self, snapshot: Snapshot) -> None:
         """Continue from a snapshot taken with the same body, rate, gravity and integrator: the same bits follow."""
-        self._install(snapshot.wrench)
+        self._stiffness = snapshot.stiffness
         self._state[:] = snapshot.state
         self.steps = snapshot.steps
-        self._expiry = snapshot.expiry
-        if self._origin is not None:
-            steps, state = snapshot.origin or (snapshot.steps, snapshot.state)
-            self._origin = steps, np.array(state)
+        self._begin_with({name: tuple(held) for name, *held in snapshot.sources})
+        if self._origin_steps is not None:
+            self._origin_steps, self._origin[:] = snapshot.origin or (snapshot.steps, snapshot.state)
+
+    # The plan ---------------------------------------------------------------------------------------------------------
+
+    @property
+    def plan(self) -> plan.Plan:
+        """How it advances now, why so, and what that leaves out."""
+        turning = bool(self._state[flat.L : flat.L + 3].any())
+        return plan.explain(
+            self.integrator.name, self._asked_for is None, self._terms, self._wrench, turning, self._stiffness
+        )
 
     def describe(self) -> str:
         """One line for the log: what is simulated, and how."""
         moments = ", ".join(f"{moment:.6g}" for moment in self.body.principal_moments)
         return (
             f"mass {self.body.mass:g} kg, principal moments [{moments}] kg m2, rate {self.rate:g} Hz, "
-            f"integrator {self.integrator.name}{'' if compiled.ENABLED else ' (plain Python: numba is not in use)'}"
+            f"integrator {self.plan}{'' if compiled.ENABLED else ' (plain Python: numba is not in use)'}"
         )
+
+    def _prepare(self) -> None:
+        """Make every integrator ready to which a wrench or a stiff motion leads, and measure the stiffness."""
+        self._stiffness = None
+        if self._asked_for is not None:
+            self._make_ready(self._asked_for)
+            return
+        resisted = self._terms.resisted
+        for name in plan.within_reach(resisted):
+            self._make_ready(integrators.REGISTRY[name])
+        if resisted:
+            self._stiffness = spectral_radius(self._state, self._model) * self._h
+
+    def _make_ready(self, integrator: integrators.Integrator) -> None:
+        if integrator.name not in self._kernels:
+            work = np.zeros(integrator.work_size)
+            kernel = compiled.ready(integrator.steps, self._state, self._model, work, self._h, 1)
+            self._kernels[integrator.name] = kernel, work
+
+    def _begin_anew(self, sources: dict[str, tuple[Wrench, int | None]] | None = None) -> None:
+        """After the state or the terms were changed from outside; with other ``sources``, where those changed too."""
+        self._model = self._terms.model(NO_WRENCH)
+        self._prepare()
+        self._begin_with(self._sources if sources is None else sources)
+
+    def _begin_with(self, sources: dict[str, tuple[Wrench, int | None]]) -> None:
+        self._install(total(wrench for wrench, _ in sources.values()))
+        self._hold_all(sources)
+
+    def _install(self, wrench: Wrench) -> None:
+        integrator = self._asked_for or self._choose(wrench)
+        refusal = integrator.refusal(wrench) if self._asked_for else ""
+        if refusal:
+            raise ValueError(refusal)
+        self.integrator = integrator
+        self._steps_kernel, self._work = self._kernels[integrator.name]
+        self._model = self._terms.model(wrench)
+        self._model_bytes = memoryview(self._model).cast("B")
+        self._wrench = wrench
+        self._plain = not wrench.points  # whether twelve numbers are all that another wrench changes
+        self._takes_any = self._terms.resisted if self._asked_for is None else not integrator.torque_free_only
+        self._origin_steps: int | None = None
+        if integrator.one_evaluation:
+            self._mark_origin()
+
+    def _choose(self, wrench: Wrench) -> integrators.Integrator:
+        return integrators.REGISTRY[plan.choose(self._terms.turned_by(wrench), self._stiffness)]
+
+    def _mark_origin(self) -> None:
+        """From here on, evaluate from the present state."""
+        self._origin_steps = self.steps
+        self._origin[:] = self._state
+
+    def _turned_stiff(self) -> bool:
+        """Whether the motion grew too fast for an explicit integrator of ``auto``, so that the implicit one goes on."""
+        if self._asked_for is not None or self._stiffness is None or self._stiffness > plan.STIFF:
+            return False
+        self._stiffness = math.inf
+        self._install(self._wrench)
+        return True
 
     def _steps_held(self, hold: float) -> int:
         if not 0.0 < hold * self._rate <= MOST_STEPS_HELD:
@@ -272,42 +387,26 @@ class Simulation:
             )
         return max(1, round(hold * self._rate))
 
-    def _check_integrator(self) -> None:
-        if refusal := _leaves_out(self.integrator, self._drag, self._tethers, self._forces):
-            raise ValueError(refusal)
-        if not 1e-13 <= self._rtol <= 1.0:
-            raise ValueError(f"rtol {self._rtol:g} is not between 1e-13 and 1; try 1e-9")
-
-    def _new_model(self, wrench: Wrench) -> NDArray:
-        return new_model(self.body, self.gravity, wrench, self._drag, self._tethers, self._rtol, self._forces)
+    def _check_integrator(self, terms: Terms) -> None:
+        if self._asked_for is not None and (shortfall := integrators.shortfall(self._asked_for.name, terms)):
+            raise ValueError(shortfall)
 
     def _step_from_origin(self, n: int) -> int:
         """Advance by n steps in one evaluation from where the wrench last changed; return how many were done."""
-        steps, state = self._origin
-        self._state[:] = state
-        since = self.steps - steps
+        self._state[:] = self._origin
+        since = self.steps - self._origin_steps
         return self._steps_kernel(self._state, self._model, self._work, self._h, since + n) - since
-
-    def _install(self, wrench: Wrench) -> None:
-        refusal = self.integrator.refusal(wrench)
-        if refusal:
-            raise ValueError(refusal)
-        self._origin = (self.steps, self._state.copy()) if self.integrator.one_evaluation else None
-        self._model = self._new_model(wrench)
-        self._model_bytes = memoryview(self._model).cast("B")
-        self._wrench = wrench
-        self._expiry: int | None = None
-        # Whether twelve numbers are all that another wrench changes: no points, and an integrator that takes any.
-        self._plain = not (wrench.points or self.integrator.torque_free_only or self.integrator.one_evaluation)
 
     def _why_stopped(self) -> str:
         state = self.state
         spin, speed = math.hypot(*state.angular_velocity), math.hypot(*state.velocity)  # norms that cannot overflow
         angle, cause = spin * self._h, "would turn by more than about 1e5 rad in one step"
-        if self._origin is not None:
-            angle *= self.steps + 1 - self._origin[0]
+        if self._origin_steps is not None:
+            angle *= self.steps + 1 - self._origin_steps
             cause = "would have turned by more than about 1e15 rad, with no digit left, since the wrench last changed"
-        if angle < (5e4 if self._origin is None else 5e14):  # then it is not the spin; a torque may still be the cause
+        if angle < (
+            5e4 if self._origin_steps is None else 5e14
+        ):  # then it is not the spin; a torque may still be the cause
             values, points = self._wrench.values, self._wrench.points
             turned = points or any(values[:6]) or any(values[9:])
             cause = f"would not be finite, or {cause}" if turned else "would not be finite"
@@ -315,16 +414,3 @@ class Simulation:
             f"step {self.steps + 1} cannot be done: the state {cause}; the last good state is kept (spin {spin:.3g} "
             f"rad/s, speed {speed:.3g} m/s, held {self._wrench!r}); use a smaller wrench or a higher rate"
         )
-
-
-def _leaves_out(
-    integrator: integrators.Integrator, drag: Drag, tethers: Sequence[Tether], forces: Sequence[PointForce]
-) -> str:
-    """Why an integrator cannot be given these, as a sentence; empty when it can."""
-    if (tethers or any(drag.values)) and not integrator.resisted:
-        able = ", ".join(name for name, one in integrators.REGISTRY.items() if one.resisted)
-        return f"integrator {integrator.name!r} leaves out drag and tethers; choose one of {able}"
-    if forces and integrator.torque_free_only:
-        able = ", ".join(name for name, one in integrators.REGISTRY.items() if not one.torque_free_only)
-        return f"integrator {integrator.name!r} leaves out forces at points; choose one of {able}"
-    return ""

@@ -9,6 +9,7 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from rigid_body_sim import Body, BodyState, Drag, Scene, Simulation, SimulationError, State, Tether, Wrench
+from rigid_body_sim.physics.wrench import total
 
 pytestmark = pytest.mark.no_numba
 
@@ -95,7 +96,9 @@ def test_gravity_that_is_not_three_finite_numbers_is_refused(gravity):
 
 
 def test_unknown_integrator_is_refused_with_those_there_are():
-    with pytest.raises(ValueError, match="integrator 'euler' is not known; choose one of taylor, exact, rk4, rkmk4"):
+    with pytest.raises(
+        ValueError, match="integrator 'euler' is not known; choose one of auto, taylor, exact, rk4, rkmk4"
+    ):
         simulation(integrator="euler")
 
 
@@ -308,6 +311,77 @@ def test_two_simulations_share_nothing():
     assert other.save() == simulation(MOVING).save()
 
 
+# Several sources --------------------------------------------------------------------------------------------------
+
+OTHER = Wrench(force_body=(0.3, 0.0, -0.2), points=[((0.1, 0.0, 0.0), (0.0, 1.0, 0.0))])
+
+
+def test_wrenches_of_two_sources_add_up():
+    both, one = simulation(MOVING), simulation(MOVING)
+    both.set_wrench(PUSH, source="a")
+    both.set_wrench(OTHER, source="b")
+    one.set_wrench(total([PUSH, OTHER]))
+    both.step(100)
+    one.step(100)
+    assert_array_equal(both.state.values, one.state.values)
+
+
+def test_each_source_is_held_until_its_own_end():
+    sim, steps = simulation(MOVING), []
+    sim.set_wrench(PUSH, 0.003, "a")
+    sim.set_wrench(OTHER, 0.005, "b")
+    sim.set_wrench(PUSH, source="c")
+    for _ in range(6):
+        steps.append(sim.wrench)
+        sim.step()
+    assert steps == [total([PUSH, OTHER, PUSH])] * 3 + [total([OTHER, PUSH])] * 2 + [PUSH]
+
+
+def test_new_wrench_replaces_that_of_its_source_only():
+    sim = simulation(MOVING)
+    sim.set_wrench(PUSH, source="a")
+    sim.set_wrench(OTHER, source="b")
+    sim.set_wrench(Wrench(), source="a")
+    assert sim.wrench == OTHER
+    sim.clear_wrench()
+    assert sim.wrench == Wrench()
+    sim.step(10)
+
+
+def test_sources_are_saved_with_their_ends():
+    sim = simulation(MOVING)
+    sim.set_wrench(PUSH, 0.003, "a")
+    sim.set_wrench(OTHER, 0.005, "b")
+    saved = pickle.loads(pickle.dumps(sim.save()))
+    sim.step(10)
+    again = simulation(MOVING)
+    again.restore(saved)
+    again.step(10)
+    assert again.save() == sim.save()
+
+
+def test_sum_that_overflows_is_refused_and_changes_nothing():
+    sim = simulation(MOVING)
+    huge = Wrench(force_world=(1.5e308, 0.0, 0.0))
+    sim.set_wrench(huge, source="a")
+    before = sim.save()
+    with pytest.raises(ValueError, match="add up to more than a float holds"):
+        sim.set_wrench(huge, source="b")
+    assert sim.save() == before
+
+
+def test_state_set_from_outside_keeps_time_and_wrench():
+    sim, fresh = simulation(), simulation(MOVING)
+    for one in (sim, fresh):
+        one.set_wrench(PUSH)
+    sim.step(7)
+    sim.set_state(MOVING)
+    for one in (sim, fresh):
+        one.step(10)
+    assert sim.steps == 17
+    assert_array_equal(sim.state.values, fresh.state.values)
+
+
 def test_scene_is_simulated_as_it_says():
     scene = Scene(
         {
@@ -366,7 +440,9 @@ def test_scene_with_an_integrator_that_leaves_something_out_is_refused_with_the_
 
 def test_description_is_one_line_with_what_is_simulated():
     text = simulation().describe()
-    assert text.startswith("mass 2 kg, principal moments [0.1, 0.2, 0.25] kg m2, rate 1000 Hz, integrator taylor")
+    assert text.startswith(
+        "mass 2 kg, principal moments [0.1, 0.2, 0.25] kg m2, rate 1000 Hz, integrator exact (nothing turns: "
+    )
     assert "\n" not in text
 
 

@@ -1,5 +1,6 @@
 """How time advances: one file per integrator, and the registry that names them."""
 
+from ..physics.terms import Terms
 from . import dop853, exact, matrix_euler, rk4, rkmk4, rosenbrock, semi_implicit_euler, splitting, taylor
 from .base import Integrator
 
@@ -15,14 +16,28 @@ _ALL = (
     rosenbrock.INTEGRATOR,
     matrix_euler.INTEGRATOR,
 )
+AUTO = "auto"  # no integrator: the choice of one by what a scene uses, which scene.plan makes
 REGISTRY: dict[str, Integrator] = {integrator.name: integrator for integrator in _ALL}
+CHOICES = (AUTO, *REGISTRY)
 
 
 def get(name: str) -> Integrator:
     """The integrator of that name. Raises ValueError, naming those there are, for any other."""
     if name not in REGISTRY:
-        raise ValueError(f"integrator {name!r} is not known; choose one of {', '.join(REGISTRY)}")
+        raise ValueError(f"integrator {name!r} is not known; choose one of {', '.join(CHOICES)}")
     return REGISTRY[name]
 
 
-__all__ = ["REGISTRY", "Integrator", "get"]
+def shortfall(name: str, terms: Terms) -> str:
+    """What of ``terms`` the integrator of that name leaves out, as a sentence; empty when it is right for them."""
+    integrator = get(name)
+    if terms.resisted and not integrator.resisted:
+        able = [AUTO, *(other for other, one in REGISTRY.items() if one.resisted)]
+        return f"integrator {name!r} leaves out drag and tethers; choose one of {', '.join(able)}"
+    if terms.lever and integrator.torque_free_only:
+        able = [AUTO, *(other for other, one in REGISTRY.items() if not one.torque_free_only)]
+        return f"integrator {name!r} leaves out forces at points; choose one of {', '.join(able)}"
+    return ""
+
+
+__all__ = ["AUTO", "CHOICES", "REGISTRY", "Integrator", "get", "shortfall"]

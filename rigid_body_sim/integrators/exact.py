@@ -7,8 +7,8 @@ turned since the wrench last changed, not on the number of steps.
 from ..physics.compiled import kernel
 from ..physics.exact import WORK_SIZE as _TURN_SIZE
 from ..physics.exact import turn_freely
-from ..physics.forces import FORCE_WORLD, MASS, reduce_wrench
-from ..physics.state import SIZE, P, X, add_compensated, is_finite
+from ..physics.forces import MASS, force_world, reduce_wrench
+from ..physics.state import SIZE, P, Q, X, add_compensated, copy, is_finite
 from .base import Integrator
 
 _BACKUP = _TURN_SIZE  # the state before the steps
@@ -19,8 +19,7 @@ WORK_SIZE = _BACKUP + SIZE
 def steps(state, model, work, h, n):
     """Advance by up to n steps of h [s]; see base.Integrator."""
     reduce_wrench(model)
-    for i in range(SIZE):
-        work[_BACKUP + i] = state[i]
+    copy(state, 0, work, _BACKUP)
     if _advance(state, model, work, n * h):
         return n
     done, too_many = 0, n
@@ -36,16 +35,21 @@ def steps(state, model, work, h, n):
 
 @kernel
 def _advance(state, model, work, t):
-    """The state t [s] after the one in the backup; False when there is none. For t = 0 it is that one."""
-    for i in range(SIZE):
-        state[i] = work[_BACKUP + i]
+    """The state t [s] after the one in the backup; False when there is none. For t = 0 it is that one.
+
+    A force in body axes is right here as long as the body does not turn.
+    """
+    copy(work, _BACKUP, state, 0)
     if t == 0.0:
         return True
     m = model[MASS]
-    for i in range(3):
-        force = model[FORCE_WORLD + i]
-        add_compensated(state, X + i, state[P + i] * t / m + t * t * (0.5 * force) / m)
-        add_compensated(state, P + i, t * force)
+    fx, fy, fz = force_world(model, state[Q], state[Q + 1], state[Q + 2], state[Q + 3])
+    add_compensated(state, X, (t / m) * (state[P] + 0.5 * t * fx))
+    add_compensated(state, X + 1, (t / m) * (state[P + 1] + 0.5 * t * fy))
+    add_compensated(state, X + 2, (t / m) * (state[P + 2] + 0.5 * t * fz))
+    add_compensated(state, P, t * fx)
+    add_compensated(state, P + 1, t * fy)
+    add_compensated(state, P + 2, t * fz)
     return turn_freely(state, model, work, t) and is_finite(state)
 
 

@@ -45,6 +45,8 @@ def turn_freely(state, model, work, t):
     largest = max(abs(state[L]), abs(state[L + 1]), abs(state[L + 2]))
     if largest == 0.0:
         return True
+    if model[MOMENTS] == model[MOMENTS + 1] == model[MOMENTS + 2]:
+        return _turn_sphere(state, largest, largest / model[MOMENTS] * t)
     # Units in which |L| and the largest moment are about 1, by powers of two: nothing underflows, nothing is rounded.
     unit_l = math.frexp(largest)[1]
     unit_i = math.frexp(max(model[MOMENTS], model[MOMENTS + 1], model[MOMENTS + 2]))[1]
@@ -57,10 +59,26 @@ def turn_freely(state, model, work, t):
     r, b, s, distance = _sides(work)
     dw, d1, d2, d3, tau, sigma = _relative_turn(work, r, b, s, qq, distance / (qq * qq), g, time)
     work[_DELTA + r], work[_DELTA + b], work[_DELTA + s] = d1, tau * d2, sigma * d3
-    _turn_attitude(state, dw, work[_DELTA], work[_DELTA + 1], work[_DELTA + 2])
+    _replace_attitude(state, 1.0, 0.0, 0.0, 0.0, dw, work[_DELTA], work[_DELTA + 1], work[_DELTA + 2])
     if is_thin(model):
         unit = math.ldexp(1.0, max(-1000, min(1000, unit_l)))
         align(state, unit * work[_SPIN], 0.0, unit * work[_SPIN + 1], 0.0, unit * work[_SPIN + 2], 0.0)
+    return True
+
+
+@kernel
+def _turn_sphere(state, largest, turn):
+    """All moments equal: the axis of L stays in the body and in the world, q ← exp(½ ω t) ⊗ q.
+
+    ``largest`` is the largest component of L and ``turn`` [rad] what that of ω turns by.
+    """
+    x, y, z = state[L] / largest, state[L + 1] / largest, state[L + 2] / largest
+    norm = math.sqrt(x * x + y * y + z * z)
+    angle = norm * turn
+    if not abs(angle) < MOST_TURNS:
+        return False
+    sine = math.sin(0.5 * angle) / norm
+    _replace_attitude(state, math.cos(0.5 * angle), sine * x, sine * y, sine * z, 1.0, 0.0, 0.0, 0.0)
     return True
 
 
@@ -206,12 +224,14 @@ def _third_kind(work, s, c, d):
 
 
 @kernel
-def _turn_attitude(state, dw, dx, dy, dz):
-    """q ← q ⊗ Δ, scaled to unit length, with the low-order parts of q taken in."""
+def _replace_attitude(state, aw, ax, ay, az, bw, bx, by, bz):
+    """q ← a ⊗ q ⊗ b, scaled to unit length, with the low-order parts of q taken in."""
     q, i = Q, LOW + Q
-    w, x, y, z = qmultiply(state[q], state[q + 1], state[q + 2], state[q + 3], dw, dx, dy, dz)
-    a, b, c, d = qmultiply(state[i], state[i + 1], state[i + 2], state[i + 3], dw, dx, dy, dz)
-    w, x, y, z = w + a, x + b, y + c, z + d
+    w, x, y, z = qmultiply(aw, ax, ay, az, state[q], state[q + 1], state[q + 2], state[q + 3])
+    w, x, y, z = qmultiply(w, x, y, z, bw, bx, by, bz)
+    c, d, e, f = qmultiply(aw, ax, ay, az, state[i], state[i + 1], state[i + 2], state[i + 3])
+    c, d, e, f = qmultiply(c, d, e, f, bw, bx, by, bz)
+    w, x, y, z = w + c, x + d, y + e, z + f
     unit = 1.0 / math.sqrt(w * w + x * x + y * y + z * z)
     state[q], state[q + 1], state[q + 2], state[q + 3] = unit * w, unit * x, unit * y, unit * z
     state[i], state[i + 1], state[i + 2], state[i + 3] = 0.0, 0.0, 0.0, 0.0

@@ -80,6 +80,12 @@ class Wrench:
         """Torque [N m], world axes, shape (3,)."""
         return np.array(self.values[9:12], float)
 
+    @property
+    def turns(self) -> bool:
+        """Whether it may turn a body, or turns with it: whether it is anything but a force in world axes."""
+        fx, fy, fz, tx, ty, tz, _, _, _, ux, uy, uz = self.values
+        return bool(tx or ty or tz or fx or fy or fz or ux or uy or uz or self.points)
+
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Wrench) and self.values == other.values and self.points == other.points
 
@@ -97,6 +103,17 @@ class Wrench:
         if not math.isfinite(sum(values)):
             raise ValueError(f"wrench {given} is too large; the sum of its components must be a finite number")
         return values
+
+
+def total(wrenches: Iterable[Wrench]) -> Wrench:
+    """All of them at once, the same to the bit in any order. Raises ValueError when the sum is not finite."""
+    given = tuple(wrenches)
+    try:
+        values = tuple(map(math.fsum, zip(*(wrench.values for wrench in given), strict=True))) or (0.0,) * 12
+    except OverflowError:
+        raise ValueError(f"the wrenches {given} add up to more than a float holds; give smaller ones") from None
+    points = [point for wrench in given for point in wrench.points]
+    return Wrench(values[0:3], values[3:6], values[6:9], values[9:12], points or NO_POINTS)
 
 
 def three_finite(value: Sequence[float], name: str) -> tuple[float, float, float]:

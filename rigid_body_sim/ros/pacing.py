@@ -1,23 +1,32 @@
 """How many steps are due: counted from a clock, never from the number of times somebody called."""
 
+from fractions import Fraction
+
 NANOSECONDS = 1_000_000_000
 # s of wall time. What is further behind is given up: simulated time slows down and no step is lost.
 LONGEST_BACKLOG = 0.05
 
 
 class Pacer:
-    """Steps due in real time since ``start``, for a monotonic clock in integer nanoseconds.
+    """Steps due since ``start``, ``factor`` times as fast as real time, for a monotonic clock in integer nanoseconds.
 
-    Step k is due at start + k / rate. When the caller falls behind by more than LONGEST_BACKLOG, the deadlines move
-    back by the excess: steps then happen later than planned, none is left out, and ``slipped_ns`` tells by how much.
+    Step k is due at start + k / (rate · factor). When the caller falls behind by more than LONGEST_BACKLOG, the
+    deadlines move back by the excess: steps then happen later than planned, none is left out, and ``slipped_ns`` tells
+    by how much. With the factor 0 there are no deadlines: ``free`` is True, and the caller steps as fast as it can.
     """
 
-    def __init__(self, rate: float, now_ns: int):
-        self._numerator, denominator = rate.as_integer_ratio()
-        self._denominator = denominator * NANOSECONDS
+    def __init__(self, rate: float, now_ns: int, factor: float = 1.0):
+        self._rate = Fraction(rate)
         self._longest_ns = int(LONGEST_BACKLOG * NANOSECONDS)
-        self.late_steps = 0
         self.slipped_ns = 0
+        self.latest_ns = 0
+        self.set_factor(factor, now_ns)
+
+    def set_factor(self, factor: float, now_ns: int) -> None:
+        """Go on at another pace: the next step is due one period of it from now."""
+        pace = self._rate * Fraction(factor)
+        self.free = pace == 0
+        self._numerator, self._denominator = pace.numerator, pace.denominator * NANOSECONDS
         self.start(now_ns)
 
     def start(self, now_ns: int) -> None:
@@ -27,7 +36,8 @@ class Pacer:
 
     def due(self, now_ns: int) -> int:
         """Number of steps that are due now and have not been given out yet; they count as done from here on."""
-        behind_ns = now_ns - self.deadline_ns() - self._longest_ns
+        late_ns = now_ns - self.deadline_ns()
+        behind_ns = late_ns - self._longest_ns
         if behind_ns > 0:
             self._start_ns += behind_ns
             self.slipped_ns += behind_ns
@@ -35,8 +45,13 @@ class Pacer:
         if due <= 0:
             return 0
         self._done += due
-        self.late_steps += due - 1
+        self.latest_ns = max(self.latest_ns, late_ns)
         return due
+
+    def take_latest_ns(self) -> int:
+        """By how much the latest step was given out after its deadline, since this was last asked."""
+        latest_ns, self.latest_ns = self.latest_ns, 0
+        return latest_ns
 
     def deadline_ns(self) -> int:
         """When the next step is due, rounded up to the clock's nanosecond."""

@@ -13,6 +13,7 @@ from ..physics import rotation
 from ..physics.body import Body
 from ..physics.resistance import Drag, Tether
 from ..physics.state import State
+from ..physics.terms import Terms
 from ..physics.wrench import PointForce, Wrench
 from . import mass_source, schema
 
@@ -77,6 +78,10 @@ class Scene:
             )
         except ValueError as reason:
             raise ValueError(f"parameter initial.orientation: {reason}") from None
+
+    def terms(self) -> Terms:
+        """The body and all that acts on it without being sent."""
+        return Terms(self.body(), self["gravity"], self.drag(), self.tethers(), self.forces(), self["integrator.rtol"])
 
     def drag(self) -> Drag:
         """The drag described by ``drag.*``."""

@@ -277,7 +277,7 @@ TABLE: tuple[Parameter, ...] = (
         "Axes of a wrench sent in it: body = the frame's own, which turn with the body; world = fixed in the world.",
         choices=("body", "world"),
     ),
-    Parameter("integrator.name", str, "taylor", "How time advances; the names are in docs/choosing_an_integrator.md."),
+    Parameter("integrator.name", str, "auto", "How time advances; the names are in docs/choosing_an_integrator.md."),
     Parameter(
         "integrator.rtol",
         float,

@@ -47,7 +47,7 @@ def test_waking_at_the_deadline_gives_exactly_one_step(rate):
         assert pacer.due(deadline - 1) == 0
         assert pacer.due(deadline) == 1
         assert pacer.due(deadline) == 0
-    assert pacer.late_steps == 0 and pacer.slipped_ns == 0
+    assert pacer.take_latest_ns() == 0 and pacer.slipped_ns == 0
 
 
 @pytest.mark.parametrize("rate", RATES)
@@ -63,15 +63,32 @@ def test_mean_rate_is_exact_after_a_year(rate):
         assert given == exact_steps(rate, now - START)
 
 
-def test_late_steps_are_those_that_waited_for_another():
+def test_lateness_is_that_of_the_oldest_step_given_out():
     pacer = Pacer(1000.0, START)
-    assert pacer.due(START + 1_000_000) == 1
-    assert pacer.late_steps == 0
+    assert pacer.due(START + 1_000_300) == 1
     assert pacer.due(START + 6_400_000) == 5
-    assert pacer.late_steps == 4
-    assert pacer.due(START + 6_999_999) == 0
     assert pacer.due(START + 7_000_000) == 1
-    assert pacer.late_steps == 4
+    assert pacer.take_latest_ns() == 4_400_000
+    assert pacer.take_latest_ns() == 0
+
+
+@pytest.mark.parametrize("factor", [0.1, 0.5, 3.0, 100.0])
+def test_factor_scales_the_pace_exactly(factor):
+    pacer, given = Pacer(300.0, START, factor), 0
+    for now in calls(random.Random(3), 2_000_000, 5000):
+        given += pacer.due(now)
+        assert given == exact_steps(Fraction(300) * Fraction(factor), now - START)
+
+
+def test_change_of_pace_loses_and_repeats_nothing():
+    pacer = Pacer(1000.0, START)
+    assert pacer.due(START + 10_500_000) == 10
+    pacer.set_factor(2.0, START + 10_500_000)
+    assert not pacer.free
+    assert pacer.due(START + 10_999_999) == 0
+    assert pacer.due(START + 11_000_000) == 1
+    pacer.set_factor(0.0, START + 11_000_000)
+    assert pacer.free
 
 
 def test_backlog_up_to_the_limit_is_caught_up():
@@ -118,7 +135,7 @@ def test_start_after_a_pause_owes_nothing():
     assert pacer.due(resumed) == 0
     assert pacer.deadline_ns() == resumed + 1_000_000
     assert pacer.due(resumed + 1_000_000) == 1
-    assert pacer.slipped_ns == 0 and pacer.late_steps == 1  # counted over the node's life, not since the start
+    assert pacer.slipped_ns == 0
 
 
 def test_clock_that_stands_still_or_goes_back_gives_nothing():

@@ -1,0 +1,97 @@
+"""What a plan saves: the cost of a step by it, beside the full equations with every term switched on at zero.
+
+All figures come from one run in which the candidates take turns. ``in one call`` is a call for many steps, ``a call
+each`` is the kernel called for every step, less what an empty call costs.
+"""
+
+import statistics
+import sys
+from collections.abc import Callable
+
+import numpy as np
+
+from ..physics import compiled
+from ..physics.body import Body
+from ..physics.forces import new_model
+from ..physics.resistance import Drag, Tether
+from ..physics.state import State, flatten
+from ..physics.wrench import Wrench
+from ..simulation import Simulation
+from .step_cost import GRAVITY, MOMENTS, SPIN, seconds
+
+ROUNDS = 40
+CALLS = 500
+STEPS = 2000
+TINY = 1e-30  # switches a term on and changes no digit
+
+FULL_WRENCH = Wrench(
+    *np.full((4, 3), TINY).tolist(),
+    points=[((0.3, 0.1, 0.2), (TINY, 0.0, 0.0)), ((0.1, 0.2, 0.3), (0.0, TINY, 0.0))],
+)
+
+
+def simulations() -> dict[str, Simulation]:
+    """One simulation per plan; the first two have every term, for wrenches and for everything."""
+    general, spinning = Body(2.0, MOMENTS), State(angular_velocity=SPIN)
+    sphere, symmetric = Body(2.0, (0.2,) * 3), Body(2.0, (0.1, 0.1, 0.2))
+    torque = Wrench(torque_body=(1e-4, 2e-4, 1e-4))
+    made = {
+        "full wrench (taylor)": (general, spinning, FULL_WRENCH, {"integrator": "taylor"}),
+        "full, with drag and tether": (general, spinning, FULL_WRENCH, {"tethers": [Tether()]}),
+        "point mass": (general, State(), Wrench(force_world=(1.0, 2.0, 3.0)), {}),
+        "sphere, no torque": (sphere, spinning, Wrench(), {}),
+        "sphere, body torque": (sphere, spinning, torque, {}),
+        "symmetric, no torque": (symmetric, spinning, Wrench(), {}),
+        "any body, no torque": (general, spinning, Wrench(), {}),
+        "any body, body torque": (general, spinning, torque, {}),
+        "any body, body force": (general, spinning, Wrench(force_body=(1.0, 2.0, 3.0)), {}),
+        "drag": (general, spinning, Wrench(), {"drag": Drag((1.0,) * 3, (1.0,) * 3, (0.01,) * 3)}),
+        "stiff tether": (general, spinning, Wrench(), {"tethers": [Tether(stiffness=1e8, damping=1e5)]}),
+    }
+    return {name: _simulation(*one) for name, one in made.items()}
+
+
+def _simulation(body: Body, state: State, wrench: Wrench, options: dict[str, object]) -> Simulation:
+    simulation = Simulation(body, state, gravity=GRAVITY, **options)
+    simulation.set_wrench(wrench)
+    return simulation
+
+
+def calls_of(simulation: Simulation) -> Callable[[int], object]:
+    """The kernel that the plan calls, for a number of steps, on a state of its own."""
+    model = new_model(simulation.body, GRAVITY, simulation.wrench, simulation.drag, simulation.tethers)
+    state, work = flatten(simulation.state, model), np.zeros(simulation.integrator.work_size)
+    h = 1.0 / simulation.rate
+    kernel = compiled.ready(simulation.integrator.steps, state, model, work, h, 1)
+    return lambda steps: kernel(state, model, work, h, steps)
+
+
+def costs(simulation: Simulation, call: Callable[[int], object]) -> tuple[float, float]:
+    """Time per step [s] in one call, and with a call each."""
+    each = seconds(lambda: [call(1) for _ in range(CALLS)]) - seconds(lambda: [call(0) for _ in range(CALLS)])
+    return seconds(lambda: simulation.step(STEPS)) / STEPS, each / CALLS
+
+
+def main() -> int:
+    """Print the table."""
+    plans = simulations()
+    calls = {name: calls_of(simulation) for name, simulation in plans.items()}
+    measured: dict[str, list[tuple[float, float]]] = {name: [] for name in plans}
+    for _ in range(ROUNDS):
+        for name, simulation in plans.items():
+            state = simulation.save()
+            measured[name].append(costs(simulation, calls[name]))
+            simulation.restore(state)
+    middle = {name: [statistics.median(column) for column in zip(*m, strict=True)] for name, m in measured.items()}
+    full = next(iter(middle.values()))
+    print("\nA step by each plan, ns: in one call, a call each; and both relative to the full wrench's")
+    for name, (bulk, each) in middle.items():
+        print(
+            f"  {name:28s} {1e9 * bulk:8.1f} {1e9 * each:8.0f}   {bulk / full[0]:6.3f} {each / full[1]:6.3f}   "
+            f"{plans[name].plan.integrator}"
+        )
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

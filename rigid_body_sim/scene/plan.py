@@ -1,0 +1,91 @@
+"""The plan: what of the equations of motion a scene uses, the cheapest way that is right for it, and what is left out.
+
+An integrator computes only what the model holds, so a plan leaves terms out without changing the result. The names are
+those of the registry; ``Simulation`` follows the choice and makes it anew whenever something in it changes.
+"""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from ..physics.terms import Terms
+from ..physics.wrench import Wrench
+
+# Fastest rate times the step above which an explicit method takes more time than an implicit one.
+STIFF = 30.0
+
+
+@dataclass(frozen=True)
+class Plan:
+    """How a simulation advances: the integrator's name, why it, and the terms that its steps leave out."""
+
+    integrator: str
+    reason: str
+    left_out: tuple[str, ...]
+
+    def __str__(self) -> str:
+        left_out = f"; left out: {', '.join(self.left_out)}" if self.left_out else ""
+        return f"{self.integrator} ({self.reason}){left_out}"
+
+
+def choose(turned: bool, stiffness: float | None) -> str:
+    """Name of the cheapest integrator that is right: the one rule of ``auto``.
+
+    ``turned``: a torque may act, or a force that turns with the body. ``stiffness``: spectral radius of the Jacobian
+    times the step where drag or tethers act, else None.
+    """
+    if stiffness is not None:
+        return "rosenbrock" if stiffness > STIFF else "dop853"
+    return "taylor" if turned else "exact"
+
+
+def within_reach(resisted: bool) -> set[str]:
+    """Names of the integrators to which the choice can lead as long as drag and tethers stay or stay away."""
+    return {
+        choose(turned, stiffness)
+        for turned in (False, True)
+        for stiffness in ((0.0, math.inf) if resisted else (None,))
+    }
+
+
+def explain(
+    integrator: str, automatic: bool, terms: Terms, wrench: Wrench, turning: bool, stiffness: float | None
+) -> Plan:
+    """The plan in words, for a simulation that advances by ``integrator``; ``turning``: its spin is not zero."""
+    still = not (turning or terms.resisted or terms.turned_by(wrench))
+    reason = _reason(integrator, terms, still, stiffness) if automatic else "as asked for"
+    return Plan(integrator, reason, tuple(_left_out(terms, wrench, still)))
+
+
+def _reason(integrator: str, terms: Terms, still: bool, stiffness: float | None) -> str:
+    if stiffness is not None:
+        what = " and ".join(["drag"] * terms.dragged + ["tethers"] * bool(terms.tethers))
+        return f"{what}, {'stiff' if stiffness > STIFF else 'not stiff'}: fastest rate {stiffness:.2g} a step"
+    if integrator == "taylor":
+        return "the wrench is held between commands: series to round-off"
+    if still:
+        return "nothing turns: a parabola in closed form"
+    kinds = {1: "sphere: one turn", 2: "symmetric body: two turns", 3: "any body: elliptic functions"}
+    return f"no torque; {kinds[len(set(terms.body.principal_moments.tolist()))]} in closed form"
+
+
+def _left_out(terms: Terms, wrench: Wrench, still: bool) -> Iterator[str]:
+    values, moments = wrench.values, terms.body.principal_moments
+    if not any(terms.gravity):
+        yield "gravity"
+    if still:
+        yield "rotation"
+    elif moments.min() == moments.max():
+        yield "gyroscopic term"
+    if not any(values[0:3]):
+        yield "body-axes force"
+    if not any(values[3:6]):
+        yield "body-axes torque"
+    if not any(values[9:12]):
+        yield "world-axes torque"
+    if not (wrench.points or terms.forces):
+        yield "forces at points"
+    if not terms.dragged:
+        yield "drag"
+    if not terms.tethers:
+        yield "tethers"
