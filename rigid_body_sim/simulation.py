@@ -107,6 +107,7 @@ class Simulation:
         self._steps_kernel = compiled.ready(self.integrator.steps, self._state, model, self._work, self._h, 1)
         self._read_kernel = compiled.ready(flat.read_out, self._state, model, self._out)
         self._pose_kernel = compiled.ready(flat.read_pose, self._state, model)
+        self._impulse_kernel = compiled.ready(flat.add_impulse, self._state, model)
         self._install(Wrench())
 
     @classmethod
@@ -194,6 +195,22 @@ class Simulation:
     def clear_wrench(self) -> None:
         """Hold no wrench."""
         self.set_wrench(Wrench())
+
+    def apply_impulse(self, impulse: Wrench) -> None:
+        """Change momentum and angular momentum at once, as ``impulse`` [N s, N m s] would within no time.
+
+        It means what the same Wrench means as a force, at the present attitude. What is held stays held. Raises
+        ValueError, and changes nothing, when the motion that follows would not be finite.
+        """
+        struck = self._state.copy()
+        with np.errstate(over="ignore", invalid="ignore"):
+            self._impulse_kernel(struck, new_model(self.body, (0.0, 0.0, 0.0), impulse))
+            self._read_kernel(struck, self._model, self._out)
+        if not (np.isfinite(struck).all() and np.isfinite(self._out).all()):
+            raise ValueError(f"impulse {impulse!r} refused: the motion that follows is not finite; give a smaller one")
+        self._state[:] = struck
+        if self._origin is not None:
+            self._origin = self.steps, struck
 
     def step(self, n: int = 1) -> None:
         """Advance by n steps. Raises ValueError for n below 0 and TypeError for anything but a whole number.
