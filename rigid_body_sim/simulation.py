@@ -108,6 +108,7 @@ class Simulation:
         self._origin = self._state.copy()
         self._read_kernel = compiled.ready(flat.read_out, self._state, self._model, self._out)
         self._pose_kernel = compiled.ready(flat.read_pose, self._state, self._model)
+        self._impulse_kernel = compiled.ready(flat.add_impulse, self._state, self._model)
         self._prepare()
         self._begin_with({})
 
@@ -220,9 +221,9 @@ class Simulation:
         self._hold_all({name: held for name, held in self._sources.items() if held[1] is None or held[1] > self.steps})
 
     def change(self, **terms: Body | ArrayLike | Drag | Sequence[Tether | PointForce] | float) -> None:
-        """Go on with another ``body``, ``gravity``, ``drag``, ``tethers``, ``forces`` or ``rtol``; those not named stay.
+        """Go on with other terms, named as in the constructor from ``body`` to ``rtol``; those not named stay.
 
-        Pose and velocities of the body frame stay, and so do the held wrench and the time; another body has another
+        Pose and velocities of the body frame stay, and so do the held wrenches and the time; another body has another
         momentum. Raises ValueError, and changes nothing, as the constructor does, and TypeError for any other name.
         An integrator that was not needed before is made ready here, which compiles it when it never was.
         """
@@ -233,6 +234,21 @@ class Simulation:
             state = flat.flatten(self.state, new.model(NO_WRENCH))
         self._terms = new
         self._state[:] = state
+        self._begin_anew()
+
+    def apply_impulse(self, impulse: Wrench) -> None:
+        """Change momentum and angular momentum at once, as ``impulse`` [N s, N m s] would within no time.
+
+        It means what the same Wrench means as a force, at the present attitude. What is held stays held. Raises
+        ValueError, and changes nothing, when the motion that follows would not be finite.
+        """
+        struck = self._state.copy()
+        with np.errstate(over="ignore", invalid="ignore"):
+            self._impulse_kernel(struck, Terms(self.body).model(impulse))
+            self._read_kernel(struck, self._model, self._out)
+        if not (np.isfinite(struck).all() and np.isfinite(self._out).all()):
+            raise ValueError(f"impulse {impulse!r} refused: the motion that follows is not finite; give a smaller one")
+        self._state[:] = struck
         self._begin_anew()
 
     def step(self, n: int = 1) -> None:

@@ -9,6 +9,7 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from rigid_body_sim import Body, BodyState, Drag, Scene, Simulation, SimulationError, State, Tether, Wrench
+from rigid_body_sim.physics import rotation
 from rigid_body_sim.physics.wrench import total
 
 pytestmark = pytest.mark.no_numba
@@ -219,7 +220,7 @@ def test_step_that_cannot_be_done_tells_the_last_good_state_in_finite_numbers():
     assert sim.steps == 5
 
 
-# Forces that always act ------------------------------------------------------------------------------
+# Forces that always act, and impulses ------------------------------------------------------------------------------
 
 LIFT = [((0.1, 0.0, 0.2), (0.0, 3.0, 20.0)), ((0.0, -0.1, 0.0), (1.0, 0.0, 0.0))]
 OFF_CENTRE = Body(2.0, (0.3, 0.4, 0.5, 0.02, -0.03, 0.04), (0.05, -0.02, 0.03))
@@ -256,8 +257,93 @@ def test_constant_force_stays_when_the_wrench_expires_and_after_a_reset():
 def test_constant_force_that_is_none_or_that_the_integrator_leaves_out_is_refused():
     with pytest.raises(ValueError, match=r"force at a point .* must be three finite numbers"):
         simulation(forces=[((0, 0, 0), (0, 0, math.nan))])
-    with pytest.raises(ValueError, match="integrator 'exact' leaves out forces at points; choose one of taylor, rk4"):
+    with pytest.raises(
+        ValueError, match="integrator 'exact' leaves out forces at points; choose one of auto, taylor, rk4"
+    ):
         simulation(forces=LIFT, integrator="exact")
+
+
+IMPULSES = {
+    "body": Wrench(force_body=(1.0, -2.0, 3.0), torque_body=(0.3, 0.2, -0.1)),
+    "world": Wrench(force_world=(1.0, -2.0, 3.0), torque_world=(0.3, 0.2, -0.1)),
+    "points": Wrench(points=[((0.4, 0.1, -0.2), (1.0, -2.0, 3.0)), ((0.0, 0.3, 0.0), (0.5, 0.5, -1.0))]),
+    "all": Wrench((1, 2, 3), (0.1, 0.2, 0.3), (1, 0, -1), (0.3, 0.2, 0.1), [((0.1, 0.2, 0.3), (3, 2, 1))]),
+}
+
+
+def closed_form(impulse, body, state):
+    """ΔP and ΔL about the centre of mass [world] by matrices."""
+    R, c = rotation.to_matrix(state.orientation), body.center_of_mass
+    forces = [(-R @ c, R @ impulse.force_body), (np.zeros(3), impulse.force_world)]
+    forces += [(R @ (np.array(point) - c), np.array(force)) for point, force in impulse.points]
+    moment = R @ impulse.torque_body + impulse.torque_world + sum(np.cross(arm, force) for arm, force in forces)
+    return sum(force for _, force in forces), moment
+
+
+@pytest.mark.parametrize("impulse", IMPULSES.values(), ids=IMPULSES)
+def test_impulse_changes_momentum_and_angular_momentum_by_its_closed_form(impulse):
+    sim = Simulation(OFF_CENTRE, MOVING, gravity=(0, 0, -9.8), forces=LIFT)
+    before = sim.state
+    expected_momentum, expected_angular_momentum = closed_form(impulse, OFF_CENTRE, before)
+    sim.apply_impulse(impulse)
+    after = sim.state
+    assert_allclose(after.momentum - before.momentum, expected_momentum, rtol=0, atol=4e-15)  # measured 8.9e-16
+    assert_allclose(after.angular_momentum - before.angular_momentum, expected_angular_momentum, rtol=0, atol=4e-15)
+    assert_array_equal(after.orientation, before.orientation)
+    assert_allclose(after.position, before.position, rtol=0, atol=0)
+    assert sim.steps == 0
+
+
+def test_impulse_is_a_great_force_for_a_short_time():
+    """The same wrench held for 1 µs, a million times as great, does the same but for what happens in that time."""
+    struck, pushed = (Simulation(OFF_CENTRE, MOVING, rate=1e6, gravity=(0, 0, -9.8)) for _ in range(2))
+    struck.apply_impulse(IMPULSES["all"])
+    w = IMPULSES["all"]
+    parts = [1e6 * np.array(w.values[i : i + 3]) for i in (0, 3, 6, 9)]
+    pushed.set_wrench(Wrench(*parts, [(point, 1e6 * np.array(force)) for point, force in w.points]))
+    pushed.step(1)
+    assert_allclose(struck.state.values, pushed.state.values, rtol=0, atol=1e-4)  # measured 2.3e-5
+
+
+@pytest.mark.parametrize("integrator", ["taylor", "exact"])
+def test_impulse_between_two_steps_is_a_new_start(integrator):
+    """The motion goes on from the new state, also where it is evaluated from where the wrench last changed."""
+    sim = simulation(MOVING, integrator=integrator)
+    sim.set_wrench(PUSH, hold=0.02)
+    sim.step(7)
+    sim.apply_impulse(IMPULSES["body"])
+    other = simulation(State(*(sim.state.values[i:j] for i, j in ((0, 3), (3, 7), (7, 10), (10, 13)))))
+    assert sim.wrench == PUSH
+    other.set_wrench(PUSH, hold=0.013)  # what is left of the time to hold
+    for each in (sim, other):
+        each.step(30)
+    assert sim.wrench == other.wrench == Wrench()
+    assert_allclose(sim.state.values, other.state.values, rtol=0, atol=2e-14)  # measured 1.8e-15
+    assert np.linalg.norm(sim.state.momentum - 2.0 * MOVING.velocity) > 1.0
+
+
+def test_impulse_through_a_frame_with_world_axes_acts_at_its_origin():
+    frame = Scene({"frames.hook.position": (0.25, 0.15, 0.0), "frames.hook.axes": "world"}).frames["hook"]
+    sim = Simulation(OFF_CENTRE, MOVING)
+    before = sim.state
+    sim.apply_impulse(frame.wrench((1.0, -2.0, 3.0), (0.1, 0.0, 0.0)))
+    arm = rotation.rotate(MOVING.orientation, np.array((0.25, 0.15, 0.0)) - OFF_CENTRE.center_of_mass)
+    moment = np.array((0.1, 0.0, 0.0)) + np.cross(arm, (1.0, -2.0, 3.0))
+    assert_allclose(sim.state.momentum - before.momentum, (1, -2, 3), rtol=0, atol=4e-15)  # measured 0
+    assert_allclose(sim.state.angular_momentum - before.angular_momentum, moment, rtol=0, atol=4e-15)
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize(
+    ("mass", "speed", "force"), [(1.0, 1e308, 1.7e308), (1e-8, 0.0, 1e301)], ids=["momentum", "velocity"]
+)
+def test_impulse_too_great_is_refused_and_changes_nothing(mass, speed, force):
+    """The momentum overflows together with what was there, or only the velocity of a light body does."""
+    sim = Simulation(Body(mass, (1.0, 1.0, 1.0)), State(velocity=(speed, 0.0, 0.0)))
+    before = sim.save()
+    with pytest.raises(ValueError, match=r"impulse .* refused: the motion that follows is not finite; give a smaller"):
+        sim.apply_impulse(Wrench(force_world=(force, 0.0, 0.0)))
+    assert sim.save() == before
 
 
 # Going back -------------------------------------------------------------------------------------------------------
@@ -431,11 +517,21 @@ def test_scene_with_an_integrator_that_leaves_something_out_is_refused_with_the_
     with pytest.raises(
         ValueError, match=r"parameter integrator\.name = 'taylor': .* leaves out drag and tethers; choo"
     ):
-        Simulation.from_scene(Scene({"drag.quadratic": (0.0, 0.0, 1.0)}))
+        Simulation.from_scene(Scene({"drag.quadratic": (0.0, 0.0, 1.0), "integrator.name": "taylor"}))
     with pytest.raises(
         ValueError, match=r"parameter integrator\.name = 'exact': .* leaves out forces at points; choose"
     ):
-        Simulation.from_scene(Scene({"forces.lift.force": (0, 0, 1.0), "integrator.name": "exact"}))
+        lift = {"forces.lift.force": (0.0, 0.0, 1.0), "forces.lift.body_point": (0.1, 0.0, 0.0)}
+        Simulation.from_scene(Scene({**lift, "integrator.name": "exact"}))
+
+
+def test_constant_force_at_the_centre_of_mass_turns_nothing_and_leaves_the_closed_form():
+    sim = simulation(MOVING, forces=[((0.0, 0.0, 0.0), (0.0, 0.0, 2.0))])
+    same = simulation(MOVING, gravity=(0.0, 0.0, 1.0))
+    for one in (sim, same):
+        one.step(1000)
+    assert sim.plan.integrator == "exact"
+    assert_array_equal(sim.state.values, same.state.values)
 
 
 def test_description_is_one_line_with_what_is_simulated():

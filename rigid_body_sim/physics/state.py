@@ -16,7 +16,18 @@ from numpy.typing import ArrayLike, NDArray
 from . import rotation
 from .compiled import kernel
 from .extended import xrotate_back, xunscale
-from .forces import CENTER_OF_MASS, MASS, MOMENTS, Q_BODY_PRINCIPAL, rates_principal, to_body, to_principal
+from .forces import (
+    CENTER_OF_MASS,
+    MASS,
+    MOMENTS,
+    Q_BODY_PRINCIPAL,
+    force_world,
+    rates_principal,
+    reduce_wrench,
+    to_body,
+    to_principal,
+    torque_principal,
+)
 from .rotation import cross, qmultiply, qrotate
 from .wrench import three_finite
 
@@ -250,6 +261,25 @@ def add_compensated(state, i, d):
     kept = total - high
     state[LOW + i] = (high - (total - kept)) + (d - kept)
     state[i] = total
+
+
+@kernel
+def add_impulse(state, model):
+    """Add to P and L the impulse J [N s] and its moment [N m s] that ``model`` holds as its wrench, without gravity.
+
+    They are those of the wrench at the present attitude: ΔP = J, ΔL = r × J about the centre of mass, theory (2.3.4).
+    """
+    reduce_wrench(model)
+    qw, qx, qy, qz = state[Q], state[Q + 1], state[Q + 2], state[Q + 3]
+    jx, jy, jz = force_world(model, qw, qx, qy, qz)
+    tx, ty, tz = torque_principal(model, qw, qx, qy, qz)
+    tx, ty, tz = qrotate(qw, qx, qy, qz, tx, ty, tz)
+    add_compensated(state, P, jx)
+    add_compensated(state, P + 1, jy)
+    add_compensated(state, P + 2, jz)
+    add_compensated(state, L, tx)
+    add_compensated(state, L + 1, ty)
+    add_compensated(state, L + 2, tz)
 
 
 @kernel

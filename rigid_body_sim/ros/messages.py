@@ -45,12 +45,15 @@ def fill_twist(message: TwistStamped, values: list[float], in_body_axes: bool) -
     w.x, w.y, w.z = w_body if in_body_axes else qrotate(*q, *w_body)
 
 
-def read_wrench(message: WrenchStamped, scene: Scene) -> Wrench:
-    """The wrench that a command means, from the frame in its header. Raises RefusedError when it cannot be accepted."""
+def read_wrench(message: WrenchStamped, scene: Scene, what: str = "wrench") -> Wrench:
+    """The wrench that a command means, from the frame in its header; ``what`` it is called when it is refused.
+
+    Raises RefusedError when it cannot be accepted.
+    """
     f, t = message.wrench.force, message.wrench.torque
     force, torque = (f.x, f.y, f.z), (t.x, t.y, t.z)
     if not all(map(math.isfinite, force + torque)):
-        raise RefusedError(NOT_FINITE, f"wrench with force {force} and torque {torque} refused: it is not finite")
+        raise RefusedError(NOT_FINITE, f"{what} with force {force} and torque {torque} refused: it is not finite")
     frame_id = message.header.frame_id.removeprefix("/")
     if not frame_id:
         frame_id = scene["body.frame_id"] if scene["wrench.frame"] == "body" else scene["world_frame_id"]
@@ -62,7 +65,7 @@ def read_wrench(message: WrenchStamped, scene: Scene) -> Wrench:
         if frame_id in scene.frames:
             return scene.frames[frame_id].wrench(force, torque)
     except ValueError as reason:
-        raise RefusedError(NOT_FINITE, f"wrench with force {force} and torque {torque} refused: {reason}") from None
+        raise RefusedError(NOT_FINITE, f"{what} with force {force} and torque {torque} refused: {reason}") from None
     known = ", ".join([scene["body.frame_id"], scene["world_frame_id"], *scene.frames])
-    text = f"wrench in frame {frame_id!r} refused: send it in one of {known}, or leave frame_id empty"
+    text = f"{what} in frame {frame_id!r} refused: send it in one of {known}, or leave frame_id empty"
     raise RefusedError(UNKNOWN_FRAME, text)

@@ -58,13 +58,14 @@ class RigidBodyNode(Node):
         self._diagnostics_publisher = self.create_publisher(DiagnosticArray, "/diagnostics", QUEUE)
 
     def _create_inputs(self) -> None:
-        self.create_subscription(
-            WrenchStamped,
-            "wrench",
-            self._on_wrench,
-            QUEUE,
-            qos_overriding_options=QoSOverridingOptions.with_default_policies(),
-        )
+        for topic, callback in (("wrench", self._on_wrench), ("impulse", self._on_impulse)):
+            self.create_subscription(
+                WrenchStamped,
+                topic,
+                callback,
+                QUEUE,
+                qos_overriding_options=QoSOverridingOptions.with_default_policies(),
+            )
         self.create_service(Trigger, "~/reset", self._on_reset)
         self.create_service(SetBool, "~/pause", self._on_pause)
         self.create_service(Trigger, "~/step", self._on_step)
@@ -165,14 +166,22 @@ class RigidBodyNode(Node):
             if refusal:
                 raise messages.RefusedError(messages.NOT_FOR_INTEGRATOR, refusal)
         except messages.RefusedError as refusal:
-            self.refused[refusal.reason] += 1
-            self._warn(refusal)
+            self._refuse(refusal)
             return
         self.simulation.set_wrench(wrench, self._hold)
         self._wrench_step = self.simulation.steps
 
-    def _warn(self, refusal: messages.RefusedError) -> None:
-        """Log a refusal, each reason at most once in WARN_EVERY seconds."""
+    def _on_impulse(self, message: WrenchStamped) -> None:
+        try:
+            self.simulation.apply_impulse(messages.read_wrench(message, self.scene, "impulse"))
+        except messages.RefusedError as refusal:
+            self._refuse(refusal)
+        except ValueError as reason:
+            self._refuse(messages.RefusedError(messages.NOT_FINITE, str(reason)))
+
+    def _refuse(self, refusal: messages.RefusedError) -> None:
+        """Count a refusal and log it, each reason at most once in WARN_EVERY seconds."""
+        self.refused[refusal.reason] += 1
         now = time.monotonic()
         if now - self._warned.get(refusal.reason, -WARN_EVERY) >= WARN_EVERY:
             self._warned[refusal.reason] = now

@@ -45,7 +45,9 @@ class Remote:
         self._node.create_subscription(PoseStamped, "pose", self.poses.append, DEEP_QUEUE)
         self._node.create_subscription(TwistStamped, "twist", self.twists.append, DEEP_QUEUE)
         self._node.create_subscription(DiagnosticArray, "/diagnostics", self._on_diagnostics, 100)
-        self._wrench = self._node.create_publisher(WrenchStamped, "wrench", 100)
+        self._commands = {
+            topic: self._node.create_publisher(WrenchStamped, topic, 100) for topic in ("wrench", "impulse")
+        }
         self._clients = {
             name: self._node.create_client(service, f"rigid_body_node/{name}")
             for name, service in {**SERVICES, **PARAMETER_SERVICES}.items()
@@ -55,7 +57,8 @@ class Remote:
         """Wait until the node runs and every connection is made in both directions; returns the remote itself."""
         self.process.wait_ready()
         self.wait(lambda: all(c.service_is_ready() for c in self._clients.values()), "the services")
-        self.wait(lambda: self._wrench.get_subscription_count() > 0, "the subscription to wrench")
+        for topic, publisher in self._commands.items():
+            self.wait(lambda p=publisher: p.get_subscription_count() > 0, f"the subscription to {topic}")
         self._repeat(self._answers, "an answer")
         self._repeat(self._publishes, "pose and twist")
         return self
@@ -110,12 +113,12 @@ class Remote:
 
     # Commands ---------------------------------------------------------------------------------------------------------
 
-    def send(self, frame_id, force=(0.0, 0.0, 0.0), torque=(0.0, 0.0, 0.0)):
+    def send(self, frame_id, force=(0.0, 0.0, 0.0), torque=(0.0, 0.0, 0.0), topic="wrench"):
         message = WrenchStamped()
         message.header.frame_id = frame_id
         for vector, values in ((message.wrench.force, force), (message.wrench.torque, torque)):
             vector.x, vector.y, vector.z = map(float, values)
-        self._wrench.publish(message)
+        self._commands[topic].publish(message)
 
     def call(self, name, request=None):
         """Answer of a service; ``request`` defaults to an empty one."""
