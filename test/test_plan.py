@@ -63,7 +63,7 @@ def test_what_is_left_out_changes_nothing(body, state, wrench):
     given = BODIES[body], STATES[state]
     reduced = run(*given, WRENCHES[wrench])
     full = run(*given, every_term(WRENCHES[wrench]), integrator="taylor")
-    assert difference(reduced, full) < 1e-14  # measured at most PUT
+    assert difference(reduced, full) < 3e-15  # measured at most 3.2e-16
 
 
 @pytest.mark.parametrize(("body", "state", "wrench"), CASES)
@@ -72,7 +72,7 @@ def test_drag_and_tethers_at_zero_change_nothing(body, state, wrench):
     reduced = run(*given, WRENCHES[wrench])
     full = run(*given, every_term(WRENCHES[wrench]), tethers=[Tether()], drag=Drag(), rtol=1e-13)
     assert full.plan.integrator == "dop853"
-    assert difference(reduced, full) < 1e-12  # measured at most PUT, with rtol 1e-13 in each step
+    assert difference(reduced, full) < 3e-14  # measured at most 2.2e-15, with rtol 1e-13 in each step
 
 
 @pytest.mark.parametrize(
@@ -125,8 +125,8 @@ def test_motion_that_grows_stiff_goes_on_implicitly_to_the_right_end():
     assert sim.plan.integrator == "dop853"
     sim.set_wrench(Wrench(force_world=(force, 0.0, 0.0)))
     sim.step(10)
-    assert sim.plan.integrator == "rosenbrock"
-    assert sim.state.velocity[0] == pytest.approx(math.sqrt(force / drag), rel=1e-9)  # measured PUT
+    assert str(sim.plan).startswith("rosenbrock (drag, stiff: the motion became too fast for an explicit method)")
+    assert sim.state.velocity[0] == pytest.approx(math.sqrt(force / drag), rel=1e-12)  # measured 0
 
 
 # Changes between two steps ----------------------------------------------------------------------------------------
@@ -145,7 +145,7 @@ def test_plan_follows_the_wrench_and_the_state_does_not_jump():
         for one in (sim, fixed):
             one.step(20)
     assert names == ["exact", "exact", "taylor", "taylor", "taylor", "taylor"]
-    assert difference(sim, fixed) < 1e-14  # measured PUT
+    assert difference(sim, fixed) < 5e-15  # measured 5.2e-16
 
 
 def test_held_wrench_that_runs_out_hands_over_to_the_closed_form():
@@ -173,11 +173,11 @@ def test_changed_body_keeps_pose_and_velocities(wrench):
     sim = run(BODIES["general"], STATES["spinning"], WRENCHES[wrench])
     before = sim.state
     sim.change(body=Body(3.0, (0.2, 0.3, 0.4), (0.0, 0.1, 0.0)))
-    assert_allclose(sim.state.values[:13], before.values[:13], rtol=0, atol=1e-15)  # measured PUT
+    assert_allclose(sim.state.values[:13], before.values[:13], rtol=0, atol=2e-15)  # measured 2.2e-16
     assert sim.wrench == WRENCHES[wrench]
     w, c = before.angular_velocity, np.array((0.0, 0.1, 0.0))
     v = before.velocity + rotation.rotate(before.orientation, np.cross(w, c))
-    assert_allclose(sim.state.momentum, 3.0 * v, rtol=1e-14)  # measured PUT
+    assert_allclose(sim.state.momentum, 3.0 * v, rtol=1e-14)  # measured 0
 
 
 def test_changed_gravity_leaves_every_bit_of_the_state():

@@ -133,10 +133,12 @@ def _series(model, work, h, ex, ey, ez, qw, qx, qy, qz):
     scale = 0.5 * h * h
     gx, gy, gz = scale / model[MOMENTS], scale / model[MOMENTS + 1], scale / model[MOMENTS + 2]
     tx, ty, tz = gx * model[TORQUE], gy * model[TORQUE + 1], gz * model[TORQUE + 2]
+    # A sphere has no gyroscopic term: under a torque that turns with it, η has two coefficients and no more.
+    last_eta = 1 if carried == 0 and cx == 0.0 and cy == 0.0 and cz == 0.0 else HIGHEST_ORDER
     first, e3, e2, e1, e0 = 0.0, 0.0, 0.0, 0.0, abs(ex) + abs(ey) + abs(ez)
     for k in range(HIGHEST_ORDER):
         share = 1.0 / (k + 1)
-        aw, ax, ay, az, bx, by, bz = _products(work, k)
+        aw, ax, ay, az, bx, by, bz = _products(work, k, max(1, k - last_eta))
         bx, by, bz = cx * bx + tx, cy * by + ty, cz * bz + tz
         tx, ty, tz = 0.0, 0.0, 0.0  # the body-axes torque is constant: it enters the first coefficient only
         for i in range(carried):
@@ -158,12 +160,12 @@ def _series(model, work, h, ex, ey, ez, qw, qx, qy, qz):
 
 
 @kernel
-def _products(work, k):
-    """Coefficient k of Q ⊗ η and of (η_y η_z, η_z η_x, η_x η_y)."""
+def _products(work, k, start):
+    """Coefficient k of Q ⊗ η and (η_y η_z, η_z η_x, η_x η_y); before ``start``, all terms but that with Q_0 are 0."""
     e = _ETA + 3 * k
     aw, ax, ay, az = 0.0, work[e], work[e + 1], work[e + 2]  # the term with Q_0 = 1
     bx, by, bz = work[_ETA + 1] * az, work[_ETA + 2] * ax, work[_ETA] * ay
-    for j in range(1, k + 1):
+    for j in range(start, k + 1):
         q, e, f = _QT + 4 * j, _ETA + 3 * (k - j), _ETA + 3 * j
         w, x, y, z = work[q], work[q + 1], work[q + 2], work[q + 3]
         ex, ey, ez = work[e], work[e + 1], work[e + 2]
