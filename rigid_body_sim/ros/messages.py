@@ -1,11 +1,10 @@
-"""Between the simulation and ROS messages. A quaternion is w, x, y, z inside and x, y, z, w in messages: only here."""
+"""Commands in ROS messages: what they mean, and why some are refused."""
 
 import math
 
-from geometry_msgs.msg import PoseStamped, TwistStamped, WrenchStamped
+from geometry_msgs.msg import WrenchStamped
 from std_msgs.msg import Header
 
-from ..physics.rotation import qrotate, qrotate_back
 from ..physics.wrench import Wrench
 from ..scene.loader import Scene
 
@@ -28,21 +27,6 @@ class RefusedError(Exception):
 def stamp(header: Header, time_ns: int) -> None:
     """Write a time [ns] into a header."""
     header.stamp.sec, header.stamp.nanosec = divmod(time_ns, NANOSECONDS)
-
-
-def fill_pose(message: PoseStamped, values: list[float]) -> None:
-    """Write position and orientation from ``BodyState.values``."""
-    p, q = message.pose.position, message.pose.orientation
-    p.x, p.y, p.z, q.w, q.x, q.y, q.z = values[0:7]
-
-
-def fill_twist(message: TwistStamped, values: list[float], in_body_axes: bool) -> None:
-    """Write the twist of the body frame's origin from ``BodyState.values``, all in body axes or all in world axes."""
-    q = values[3:7]
-    velocity, w_body = values[7:10], values[10:13]
-    v, w = message.twist.linear, message.twist.angular
-    v.x, v.y, v.z = qrotate_back(*q, *velocity) if in_body_axes else velocity
-    w.x, w.y, w.z = w_body if in_body_axes else qrotate(*q, *w_body)
 
 
 def read_wrench(message: WrenchStamped, scene: Scene) -> Wrench:

@@ -82,6 +82,12 @@ class Remote:
         self._executor.shutdown()
         self._node.destroy_node()
 
+    def listen(self, kind, topic):
+        """List that every further message on a topic is added to."""
+        messages = []
+        self._node.create_subscription(kind, topic, messages.append, DEEP_QUEUE)
+        return messages
+
     # Waiting ----------------------------------------------------------------------------------------------------------
 
     def turn(self, seconds=0.05):
