@@ -115,3 +115,25 @@ def _runs(places: Sequence[int]) -> list[tuple[Any, int, int, int]]:
         (struct.Struct(f"<{end - first}d").pack_into, places[first], first, end)
         for first, end in zip(starts, [*starts, len(places)][1:], strict=True)
     ]
+
+
+# Received wrenches ----------------------------------------------------------------------------------------------------
+
+_LITTLE_ENDIAN = b"\x00\x01\x00\x00"  # plain CDR
+_TEXT_AT = 16  # encoding 4, stamp 8, length of the text 4
+_LENGTH = struct.Struct("<I").unpack_from
+_WRENCH = struct.Struct("<6d")
+
+
+def split_wrench(data: bytes) -> tuple[bytes, tuple[float, ...]] | None:
+    """Frame (UTF-8 and a NUL) and force and torque, 6 floats, of a serialised WrenchStamped.
+
+    None for bytes of another encoding or length, which ``deserialize_message`` must judge.
+    """
+    if len(data) < _TEXT_AT or data[:4] != _LITTLE_ENDIAN:
+        return None
+    end = _TEXT_AT + _LENGTH(data, _TEXT_AT - 4)[0]
+    at = end + (4 - end) % 8  # doubles lie at multiples of 8 counted from byte 4
+    if len(data) != at + _WRENCH.size:
+        return None
+    return data[_TEXT_AT:end], _WRENCH.unpack_from(data, at)

@@ -16,6 +16,7 @@ from .executor import executor_for
 from .outputs import QUEUE, Outputs
 from .pacing import Pacer
 from .program import StopRequest
+from .wrench_reader import WrenchReader
 
 NANOSECONDS = 1_000_000_000
 LONGEST_SLEEP_NS = NANOSECONDS // 10  # so that a request to stop is soon seen
@@ -45,6 +46,7 @@ class RigidBodyNode(Node):
         self._last_reading = self._reading()
         self._outputs = Outputs(self, self.scene, self.simulation)
         self._diagnostics_publisher = self.create_publisher(DiagnosticArray, "/diagnostics", QUEUE)
+        self._reader = WrenchReader(self.scene)
         self._create_inputs()
         parameters.refuse_undeclared(self)
 
@@ -54,6 +56,7 @@ class RigidBodyNode(Node):
             "wrench",
             self._on_wrench,
             QUEUE,
+            raw=True,
             qos_overriding_options=QoSOverridingOptions.with_default_policies(),
         )
         self.create_service(Trigger, "~/reset", self._on_reset)
@@ -143,9 +146,9 @@ class RigidBodyNode(Node):
 
     # Commands ---------------------------------------------------------------------------------------------------------
 
-    def _on_wrench(self, message: WrenchStamped) -> None:
+    def _on_wrench(self, data: bytes) -> None:
         try:
-            wrench = messages.read_wrench(message, self.scene)
+            wrench = self._reader.read(data)
             refusal = self.simulation.integrator.refusal(wrench)
             if refusal:
                 raise messages.RefusedError(messages.NOT_FOR_INTEGRATOR, refusal)

@@ -123,6 +123,10 @@ class Remote:
             vector.x, vector.y, vector.z = map(float, values)
         self._wrench.publish(message)
 
+    def send_bytes(self, data):
+        """Publish bytes as they are, as a wrench."""
+        self._wrench.publish(data)
+
     def call(self, name, request=None):
         """Answer of a service; ``request`` defaults to an empty one."""
         client = self._clients[name]
