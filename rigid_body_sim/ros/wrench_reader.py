@@ -27,7 +27,7 @@ class WrenchReader:
         frame, numbers = parts
         meaning = self._meanings.get(frame)
         if meaning is None:
-            if frame.find(0) != len(frame) - 1:  # not one text that ends with a NUL
+            if frame.find(0) != len(frame) - 1:  # not one text that ends with a NUL, nor nothing at all
                 return self._read_slowly(data)
             try:
                 frame_id = frame[:-1].decode()
