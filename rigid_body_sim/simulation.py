@@ -5,6 +5,7 @@ import operator
 import struct
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -12,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from . import integrators
 from .physics import compiled
 from .physics import state as flat
+from .physics.acceleration import read_acceleration
 from .physics.body import Body
 from .physics.forces import WRENCH
 from .physics.resistance import NO_DRAG, Drag, Tether
@@ -288,6 +290,30 @@ class Simulation:
     def pose(self) -> tuple[float, ...]:
         """(x, y, z [m], qw, qx, qy, qz) of the body frame in the world: the quickest way to read a pose back."""
         return self._pose_kernel(self._state, self._model)
+
+    @property
+    def motion(self) -> tuple[float, ...]:
+        """Pose (7, as ``pose``), velocity of the origin and ω in world axes (6), both in body axes (6): 19 numbers.
+
+        The quickest way to read all of them; its first use compiles a kernel.
+        """
+        return self._motion_kernel(self._state, self._model)
+
+    @cached_property
+    def _motion_kernel(self) -> Callable[..., tuple[float, ...]]:
+        return compiled.ready(flat.read_motion, self._state, self._model)
+
+    @property
+    def acceleration(self) -> tuple[float, ...]:
+        """Acceleration of the body frame's origin [m/s², world axes] and dω/dt [rad/s², body axes], 6 numbers.
+
+        Of the present state under the wrench held now and everything else that acts; its first use compiles a kernel.
+        """
+        return self._acceleration_kernel(self._state, self._model)
+
+    @cached_property
+    def _acceleration_kernel(self) -> Callable[..., tuple[float, ...]]:
+        return compiled.ready(read_acceleration, self._state, self._model)
 
     def reset(self, state: State | None = None, *, keep_time: bool = False) -> None:
         """Go to ``state``, or else the initial one, hold no wrench, and count steps from zero unless ``keep_time``."""

@@ -45,6 +45,16 @@ def test_pose_is_position_and_orientation():
     assert sim.pose == (*sim.state.position, *sim.state.orientation)
 
 
+def test_motion_is_pose_and_velocities_in_world_and_body_axes():
+    sim = simulation(MOVING)
+    sim.step(10)
+    state, motion = sim.state, np.array(sim.motion)
+    assert tuple(motion[:7]) == sim.pose
+    world = (*state.velocity, *rotation.rotate(state.orientation, state.angular_velocity))
+    body = (*rotation.rotate_back(state.orientation, state.velocity), *state.angular_velocity)
+    assert_allclose(motion[7:], (*world, *body), rtol=0, atol=1e-15)  # measured 0
+
+
 def test_state_read_is_a_copy_that_does_not_move_on():
     sim = simulation(MOVING)
     before = sim.state

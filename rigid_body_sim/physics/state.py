@@ -28,7 +28,7 @@ from .forces import (
     to_principal,
     torque_principal,
 )
-from .rotation import cross, qmultiply, qrotate
+from .rotation import cross, qmultiply, qrotate, qrotate_back
 from .wrench import three_finite
 
 X = 0  # position of the centre of mass [m, world], 3
@@ -232,10 +232,10 @@ def read_pose(state, model):
 
 
 @kernel
-def read_out(state, model, out):
-    """Fill ``out`` (19) with position, orientation, velocity, angular velocity, momentum and angular momentum.
+def read_motion(state, model):
+    """Pose (7) of the body frame, then velocity of its origin and ω in world axes (6), then both in body axes (6).
 
-    The velocity is that of the body frame's origin: v_o = P/m − R (ω × c), with c and ω in body axes.
+    The velocity of the origin is v_o = P/m − R (ω × c), with c and ω in body axes.
     """
     wx, wy, wz = rates(state, model)
     wx, wy, wz = to_body(model, wx, wy, wz)
@@ -243,9 +243,19 @@ def read_out(state, model, out):
     c, m = CENTER_OF_MASS, model[MASS]
     ux, uy, uz = cross(wx, wy, wz, model[c], model[c + 1], model[c + 2])
     ux, uy, uz = qrotate(qw, qx, qy, qz, ux, uy, uz)
+    vx, vy, vz = state[P] / m - ux, state[P + 1] / m - uy, state[P + 2] / m - uz
+    ux, uy, uz = qrotate_back(qw, qx, qy, qz, vx, vy, vz)
+    sx, sy, sz = qrotate(qw, qx, qy, qz, wx, wy, wz)
+    return px, py, pz, qw, qx, qy, qz, vx, vy, vz, sx, sy, sz, ux, uy, uz, wx, wy, wz
+
+
+@kernel
+def read_out(state, model, out):
+    """Fill ``out`` (19) with position, orientation, velocity, angular velocity, momentum and angular momentum."""
+    px, py, pz, qw, qx, qy, qz, vx, vy, vz, _, _, _, _, _, _, wx, wy, wz = read_motion(state, model)
     out[0], out[1], out[2] = px, py, pz
     out[3], out[4], out[5], out[6] = qw, qx, qy, qz
-    out[7], out[8], out[9] = state[P] / m - ux, state[P + 1] / m - uy, state[P + 2] / m - uz
+    out[7], out[8], out[9] = vx, vy, vz
     out[10], out[11], out[12] = wx, wy, wz
     for i in range(3):
         out[13 + i] = state[P + i]

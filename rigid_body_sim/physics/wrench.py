@@ -6,6 +6,8 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from .rotation import cross, qrotate_back
+
 PointForce = tuple[Sequence[float], Sequence[float]]  # where [m, body axes from its origin], force there [N, world]
 
 ZERO = (0.0, 0.0, 0.0)
@@ -85,6 +87,21 @@ class Wrench:
         """Whether it may turn a body, or turns with it: whether it is anything but a force in world axes."""
         fx, fy, fz, tx, ty, tz, _, _, _, ux, uy, uz = self.values
         return bool(tx or ty or tz or fx or fy or fz or ux or uy or uz or self.points)
+
+    def about_origin(self, q: Sequence[float], center_of_mass: Sequence[float]) -> tuple[float, ...]:
+        """Everything added up, as force [N] and torque [N m] about the body frame's origin, body axes: 6 numbers.
+
+        At the attitude q, a unit quaternion body → world, of a body with that centre of mass [m, body axes].
+        """
+        fx, fy, fz, tx, ty, tz = self.values[0:6]
+        ux, uy, uz = qrotate_back(*q, *self.values[9:12])
+        tx, ty, tz = tx + ux, ty + uy, tz + uz
+        for arm, force in ((center_of_mass, self.values[6:9]), *self.points):
+            gx, gy, gz = qrotate_back(*q, *force)
+            ux, uy, uz = cross(*arm, gx, gy, gz)
+            fx, fy, fz = fx + gx, fy + gy, fz + gz
+            tx, ty, tz = tx + ux, ty + uy, tz + uz
+        return fx, fy, fz, tx, ty, tz
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Wrench) and self.values == other.values and self.points == other.points

@@ -18,8 +18,8 @@ class Reading:
 
     wall_ns: int
     steps: int
-    late_steps: int
     slipped_ns: int
+    latest_ns: int  # largest lateness of a step since the reading before
     refused: Counter[str]
 
 
@@ -55,7 +55,7 @@ def status(
         "steps": str(simulation.steps),
         "achieved rate [Hz]": f"{achieved:.3f}",
         "real-time factor": f"{achieved / simulation.rate:.6f}",
-        "late steps": str(now.late_steps),
+        "largest lateness [s]": f"{now.latest_ns / NANOSECONDS:.6f}",
         "slipped time [s]": f"{now.slipped_ns / NANOSECONDS:.6f}",
         "wrench held": "yes" if simulation.wrench.points or any(simulation.wrench.values) else "no",
         "wrench age [s]": "none yet" if wrench_age is None else f"{wrench_age:.6f}",

@@ -1,11 +1,11 @@
-"""Between the simulation and ROS messages. A quaternion is w, x, y, z inside and x, y, z, w in messages: only here."""
+"""Commands in ROS messages: what they mean, and why some are refused."""
 
 import math
+from collections.abc import Callable
 
-from geometry_msgs.msg import PoseStamped, TwistStamped, WrenchStamped
+from geometry_msgs.msg import WrenchStamped
 from std_msgs.msg import Header
 
-from ..physics.rotation import qrotate, qrotate_back
 from ..physics.wrench import Wrench
 from ..scene.loader import Scene
 
@@ -14,7 +14,10 @@ NANOSECONDS = 1_000_000_000
 NOT_FINITE = "not finite"
 UNKNOWN_FRAME = "unknown frame"
 NOT_FOR_INTEGRATOR = "not for this integrator"
-REFUSALS = (NOT_FINITE, UNKNOWN_FRAME, NOT_FOR_INTEGRATOR)
+MALFORMED = "malformed"
+REFUSALS = (NOT_FINITE, UNKNOWN_FRAME, NOT_FOR_INTEGRATOR, MALFORMED)
+
+Meaning = Callable[[tuple[float, ...], tuple[float, ...]], Wrench]  # of a force [N] and a torque [N m] in some frame
 
 
 class RefusedError(Exception):
@@ -30,19 +33,30 @@ def stamp(header: Header, time_ns: int) -> None:
     header.stamp.sec, header.stamp.nanosec = divmod(time_ns, NANOSECONDS)
 
 
-def fill_pose(message: PoseStamped, values: list[float]) -> None:
-    """Write position and orientation from ``BodyState.values``."""
-    p, q = message.pose.position, message.pose.orientation
-    p.x, p.y, p.z, q.w, q.x, q.y, q.z = values[0:7]
+def meaning(frame_id: str, scene: Scene, what: str = "wrench") -> Meaning:
+    """What a force and a torque mean when they are sent in a frame. Raises RefusedError for an unknown frame."""
+    name = frame_id.removeprefix("/")
+    if not name:
+        name = scene["body.frame_id"] if scene["wrench.frame"] == "body" else scene["world_frame_id"]
+    if name == scene["body.frame_id"]:
+        return lambda force, torque: Wrench(force_body=force, torque_body=torque)
+    if name == scene["world_frame_id"]:
+        return lambda force, torque: Wrench(force_world=force, torque_world=torque)
+    if name in scene.frames:
+        return scene.frames[name].wrench
+    known = ", ".join([scene["body.frame_id"], scene["world_frame_id"], *scene.frames])
+    text = f"{what} in frame {name!r} refused: send it in one of {known}, or leave frame_id empty"
+    raise RefusedError(UNKNOWN_FRAME, text)
 
 
-def fill_twist(message: TwistStamped, values: list[float], in_body_axes: bool) -> None:
-    """Write the twist of the body frame's origin from ``BodyState.values``, all in body axes or all in world axes."""
-    q = values[3:7]
-    velocity, w_body = values[7:10], values[10:13]
-    v, w = message.twist.linear, message.twist.angular
-    v.x, v.y, v.z = qrotate_back(*q, *velocity) if in_body_axes else velocity
-    w.x, w.y, w.z = w_body if in_body_axes else qrotate(*q, *w_body)
+def make_wrench(meaning: Meaning, force: tuple[float, ...], torque: tuple[float, ...], what: str = "wrench") -> Wrench:
+    """The wrench of a force [N] and a torque [N m]. Raises RefusedError when it is not finite."""
+    if not all(map(math.isfinite, force + torque)):
+        raise RefusedError(NOT_FINITE, f"{what} with force {force} and torque {torque} refused: it is not finite")
+    try:
+        return meaning(force, torque)
+    except ValueError as reason:
+        raise RefusedError(NOT_FINITE, f"{what} with force {force} and torque {torque} refused: {reason}") from None
 
 
 def read_wrench(message: WrenchStamped, scene: Scene, what: str = "wrench") -> Wrench:
@@ -51,21 +65,4 @@ def read_wrench(message: WrenchStamped, scene: Scene, what: str = "wrench") -> W
     Raises RefusedError when it cannot be accepted.
     """
     f, t = message.wrench.force, message.wrench.torque
-    force, torque = (f.x, f.y, f.z), (t.x, t.y, t.z)
-    if not all(map(math.isfinite, force + torque)):
-        raise RefusedError(NOT_FINITE, f"{what} with force {force} and torque {torque} refused: it is not finite")
-    frame_id = message.header.frame_id.removeprefix("/")
-    if not frame_id:
-        frame_id = scene["body.frame_id"] if scene["wrench.frame"] == "body" else scene["world_frame_id"]
-    try:
-        if frame_id == scene["body.frame_id"]:
-            return Wrench(force_body=force, torque_body=torque)
-        if frame_id == scene["world_frame_id"]:
-            return Wrench(force_world=force, torque_world=torque)
-        if frame_id in scene.frames:
-            return scene.frames[frame_id].wrench(force, torque)
-    except ValueError as reason:
-        raise RefusedError(NOT_FINITE, f"{what} with force {force} and torque {torque} refused: {reason}") from None
-    known = ", ".join([scene["body.frame_id"], scene["world_frame_id"], *scene.frames])
-    text = f"{what} in frame {frame_id!r} refused: send it in one of {known}, or leave frame_id empty"
-    raise RefusedError(UNKNOWN_FRAME, text)
+    return make_wrench(meaning(message.header.frame_id, scene, what), (f.x, f.y, f.z), (t.x, t.y, t.z), what)

@@ -5,7 +5,7 @@ import time
 from collections import Counter
 
 from diagnostic_msgs.msg import DiagnosticArray
-from geometry_msgs.msg import PoseStamped, TwistStamped, WrenchStamped
+from geometry_msgs.msg import WrenchStamped
 from rclpy.node import Node
 from rclpy.qos_overriding_options import QoSOverridingOptions
 from std_srvs.srv import SetBool, Trigger
@@ -13,11 +13,12 @@ from std_srvs.srv import SetBool, Trigger
 from ..simulation import Simulation, SimulationError
 from . import diagnostics, messages, parameters
 from .executor import executor_for
+from .outputs import QUEUE, Outputs
 from .pacing import Pacer
 from .program import StopRequest
+from .wrench_reader import WrenchReader
 
 NANOSECONDS = 1_000_000_000
-QUEUE = 10
 LONGEST_SLEEP_NS = NANOSECONDS // 10  # so that a request to stop is soon seen
 WARN_EVERY = 5.0  # s between two warnings of the same kind
 
@@ -43,19 +44,11 @@ class RigidBodyNode(Node):
         self._pacer = Pacer(self.simulation.rate, time.monotonic_ns())
         self._report_due_ns = time.monotonic_ns() + NANOSECONDS
         self._last_reading = self._reading()
-        self._create_outputs()
+        self._outputs = Outputs(self, self.scene, self.simulation)
+        self._diagnostics_publisher = self.create_publisher(DiagnosticArray, "/diagnostics", QUEUE)
+        self._wrench_reader, self._impulse_reader = (WrenchReader(self.scene, what) for what in ("wrench", "impulse"))
         self._create_inputs()
         parameters.refuse_undeclared(self)
-
-    def _create_outputs(self) -> None:
-        overridable = {"qos_profile": QUEUE, "qos_overriding_options": QoSOverridingOptions.with_default_policies()}
-        self._pose, self._twist = PoseStamped(), TwistStamped()
-        self._twist_in_body_axes = self.scene["twist_frame"] == "body"
-        self._pose.header.frame_id = self.scene["world_frame_id"]
-        self._twist.header.frame_id = self.scene["body.frame_id" if self._twist_in_body_axes else "world_frame_id"]
-        self._pose_publisher = self.create_publisher(PoseStamped, "pose", **overridable)
-        self._twist_publisher = self.create_publisher(TwistStamped, "twist", **overridable)
-        self._diagnostics_publisher = self.create_publisher(DiagnosticArray, "/diagnostics", QUEUE)
 
     def _create_inputs(self) -> None:
         for topic, callback in (("wrench", self._on_wrench), ("impulse", self._on_impulse)):
@@ -64,6 +57,7 @@ class RigidBodyNode(Node):
                 topic,
                 callback,
                 QUEUE,
+                raw=True,
                 qos_overriding_options=QoSOverridingOptions.with_default_policies(),
             )
         self.create_service(Trigger, "~/reset", self._on_reset)
@@ -80,6 +74,7 @@ class RigidBodyNode(Node):
         gc.freeze()  # what exists now stays; the collector need not look at it again while the loop runs
         self._pacer.start(time.monotonic_ns())
         self._last_reading = self._reading()
+        self._outputs.count_listeners()
         self.publish_state()
         self.get_logger().info(f"ready: {self.simulation.describe()}{', paused' if self.paused else ''}")
         while not stop.requested:
@@ -123,20 +118,13 @@ class RigidBodyNode(Node):
         return True
 
     def publish_state(self) -> None:
-        """Publish pose and twist of the present step, both with its stamp."""
-        values = self.simulation.state.values.tolist()
-        stamp_ns = self._epoch_ns + self.simulation.time_ns
-        messages.fill_pose(self._pose, values)
-        messages.fill_twist(self._twist, values, self._twist_in_body_axes)
-        messages.stamp(self._pose.header, stamp_ns)
-        messages.stamp(self._twist.header, stamp_ns)
-        self._pose_publisher.publish(self._pose)
-        self._twist_publisher.publish(self._twist)
+        """Publish what is asked for of the present step, all with its stamp."""
+        self._outputs.publish(self._epoch_ns + self.simulation.time_ns)
 
     def _reading(self) -> diagnostics.Reading:
         pacer = self._pacer
         return diagnostics.Reading(
-            time.monotonic_ns(), self.simulation.steps, pacer.late_steps, pacer.slipped_ns, self.refused.copy()
+            time.monotonic_ns(), self.simulation.steps, pacer.slipped_ns, pacer.take_latest_ns(), self.refused.copy()
         )
 
     def _report(self, now_ns: int) -> None:
@@ -159,21 +147,18 @@ class RigidBodyNode(Node):
 
     # Commands ---------------------------------------------------------------------------------------------------------
 
-    def _on_wrench(self, message: WrenchStamped) -> None:
+    def _on_wrench(self, data: bytes) -> None:
         try:
-            wrench = messages.read_wrench(message, self.scene)
-            refusal = self.simulation.integrator.refusal(wrench)
-            if refusal:
-                raise messages.RefusedError(messages.NOT_FOR_INTEGRATOR, refusal)
+            self.simulation.set_wrench(self._wrench_reader.read(data), self._hold)
+            self._wrench_step = self.simulation.steps
         except messages.RefusedError as refusal:
             self._refuse(refusal)
-            return
-        self.simulation.set_wrench(wrench, self._hold)
-        self._wrench_step = self.simulation.steps
+        except ValueError as reason:
+            self._refuse(messages.RefusedError(messages.NOT_FOR_INTEGRATOR, str(reason)))
 
-    def _on_impulse(self, message: WrenchStamped) -> None:
+    def _on_impulse(self, data: bytes) -> None:
         try:
-            self.simulation.apply_impulse(messages.read_wrench(message, self.scene, "impulse"))
+            self.simulation.apply_impulse(self._impulse_reader.read(data))
         except messages.RefusedError as refusal:
             self._refuse(refusal)
         except ValueError as reason:

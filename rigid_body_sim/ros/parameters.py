@@ -43,10 +43,11 @@ def declare(node: Node) -> Scene:
 
 def _declare_empty_array(node: Node, name: str) -> None:
     """rclpy takes an empty list for bytes when it declares one; when it sets one it can be told the type."""
-    node.declare_parameter(name, Parameter.Type.DOUBLE_ARRAY, ignore_override=True)
-    node.set_parameters([Parameter(name, Parameter.Type.DOUBLE_ARRAY, [])])
+    kind = Parameter.Type.STRING_ARRAY if schema.find(name).type == schema.NAMES else Parameter.Type.DOUBLE_ARRAY
+    node.declare_parameter(name, kind, ignore_override=True)
+    node.set_parameters([Parameter(name, kind, [])])
     descriptor = _descriptor(name)
-    descriptor.type = Parameter.Type.DOUBLE_ARRAY.value
+    descriptor.type = kind.value
     node.set_descriptor(name, descriptor)
 
 

@@ -12,12 +12,17 @@ from typing import Any
 
 from ..physics.shapes import SHAPES
 
-TYPES = {bool: "bool", float: "double", str: "string", tuple: "double array"}
+NAMES = tuple[str, ...]
+TYPES = {bool: "bool", float: "double", str: "string", tuple: "double array", NAMES: "string array"}
+OUTPUTS = ("odom", "accel", "imu", "wrench_applied", "marker", "tf", "clock")
 
 
 @dataclass(frozen=True)
 class Parameter:
-    """One parameter. ``type`` is bool, float, str or tuple (of floats); ``<name>`` stands for a name of the user's."""
+    """One parameter. ``<name>`` stands for a name of the user's.
+
+    ``type`` is bool, float, str, tuple (of floats) or NAMES (any of ``choices``, none of them twice).
+    """
 
     name: str
     type: type
@@ -44,6 +49,8 @@ class Parameter:
     @property
     def rule(self) -> str:
         """The values allowed, in words; empty when any value of the type is."""
+        if self.type == NAMES:
+            return "any of " + ", ".join(self.choices)
         if self.choices:
             return ("empty or " if self.optional else "") + "one of " + ", ".join(self.choices)
         if self.type not in (float, tuple):
@@ -56,6 +63,10 @@ class Parameter:
         return f"{numbers}, each {' and '.join(within)}" if within else numbers
 
     def _convert(self, value: Any) -> Any:
+        if self.type == NAMES:
+            if isinstance(value, str) or not isinstance(value, Iterable):
+                raise ValueError(f"is not an array; give names such as {list(self.choices[:2])}")
+            return tuple(value)
         if self.type is tuple:
             if isinstance(value, str) or not isinstance(value, Iterable):
                 raise ValueError(f"is not an array; give {self.length or 'some'} numbers such as {self._example}")
@@ -74,6 +85,9 @@ class Parameter:
         return (self.default or (*self.choices, "name")[0]) if self.type is str else self.default
 
     def _check(self, value: Any) -> None:
+        if self.type == NAMES:
+            self._check_names(value)
+            return
         if self.optional and not value:
             return
         if self.choices and value not in self.choices:
@@ -94,6 +108,13 @@ class Parameter:
         if self.type is str and not value.strip():
             raise ValueError(f"is empty; give a name such as {self.default!r}")
 
+    def _check_names(self, names: tuple[Any, ...]) -> None:
+        for name in names:
+            if name not in self.choices:
+                raise ValueError(f"{name!r} is not allowed; give {self.rule}")
+            if names.count(name) > 1:
+                raise ValueError(f"{name!r} is given twice; give it once")
+
 
 _ZERO = (0.0, 0.0, 0.0)
 _NO_TURN = (1.0, 0.0, 0.0, 0.0)
@@ -113,7 +134,7 @@ TABLE: tuple[Parameter, ...] = (
         "reset_time", bool, False, "~/reset also sets simulated time back; stamps then jump back, which tf dislikes."
     ),
     Parameter("world_frame_id", str, "world", "Name of the world frame in headers."),
-    Parameter("twist_frame", str, "body", "Axes in which twist is expressed.", choices=("body", "world")),
+    Parameter("twist_frame", str, "body", "Axes in which twist and accel are expressed.", choices=("body", "world")),
     Parameter(
         "wrench.timeout",
         float,
@@ -286,6 +307,7 @@ TABLE: tuple[Parameter, ...] = (
         least=1e-13,
         most=1.0,
     ),
+    Parameter("outputs", NAMES, (), "What is published beside pose and twist; see Topics above.", choices=OUTPUTS),
 )
 
 BY_NAME = {parameter.name: parameter for parameter in TABLE}

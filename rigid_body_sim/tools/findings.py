@@ -56,5 +56,5 @@ def _speed_text(diagnostics: list[dict[str, str]]) -> str:
     rate, factor = (
         np.mean([float(report[key]) for report in reports]) for key in ("achieved rate [Hz]", "real-time factor")
     )
-    late = reports[-1]["late steps"]
-    return f"{rate:.2f} steps/s, real-time factor {factor:.5f}, {late} steps taken together with the next"
+    late = max(float(report["largest lateness [s]"]) for report in reports)
+    return f"{rate:.2f} steps/s, real-time factor {factor:.5f}, no step later than {1e3 * late:.1f} ms"

@@ -24,7 +24,7 @@ class NodeProcess:
     def __init__(self, parameters, folder, arguments=(), namespace="", environment=None):
         command = [sys.executable, "-m", "rigid_body_sim.ros.main", "--ros-args", *arguments]
         if parameters is not None:
-            parameters = {**deep_queues(namespace), **parameters}
+            parameters = {**deep_queues(namespace, parameters.get("outputs", ())), **parameters}
             file = folder / "parameters.yaml"
             file.write_text(yaml.safe_dump({"/**": {"ros__parameters": parameters}}))
             command += ["--params-file", str(file)]
@@ -113,8 +113,9 @@ def all_processes():
     return [path.name for path in Path("/proc").iterdir() if path.name.isdigit()]
 
 
-def deep_queues(namespace):
-    """Parameters that override the publishers' queue length."""
+def deep_queues(namespace, outputs):
+    """Parameters that override the queue length of the publishers in the node's namespace."""
     if not namespace:
         return {}
-    return {f"qos_overrides.{namespace}/{topic}.publisher.depth": DEEP_QUEUE for topic in ("pose", "twist")}
+    topics = ["pose", "twist", *(topic for topic in outputs if topic not in ("clock", "tf"))]
+    return {f"qos_overrides.{namespace}/{topic}.publisher.depth": DEEP_QUEUE for topic in topics}

@@ -85,6 +85,12 @@ class Remote:
         self._executor.shutdown()
         self._node.destroy_node()
 
+    def listen(self, kind, topic):
+        """List that every further message on a topic is added to."""
+        messages = []
+        self._node.create_subscription(kind, topic, messages.append, DEEP_QUEUE)
+        return messages
+
     # Waiting ----------------------------------------------------------------------------------------------------------
 
     def turn(self, seconds=0.05):
@@ -119,6 +125,10 @@ class Remote:
         for vector, values in ((message.wrench.force, force), (message.wrench.torque, torque)):
             vector.x, vector.y, vector.z = map(float, values)
         self._commands[topic].publish(message)
+
+    def send_bytes(self, data):
+        """Publish bytes as they are, as a wrench."""
+        self._wrench.publish(data)
 
     def call(self, name, request=None):
         """Answer of a service; ``request`` defaults to an empty one."""

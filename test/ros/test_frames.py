@@ -168,6 +168,8 @@ BAD = [
     ("not finite", "hook", (0.0, math.inf, 0.0), (0.0, 0.0, 0.0)),
     ("not finite", "thruster", (1.7e308, 1.7e308, 0.0), (0.0, 0.0, 0.0)),  # finite as sent, but not in body axes
 ]
+# One too short, one of another encoding: bytes that no typed publisher sends.
+MALFORMED = [b"\x00\x01\x00\x00" + bytes(40), b"\xff\xff\xff\xff" + bytes(80)]
 
 
 def test_refused_commands_are_counted_and_change_nothing(nodes):
@@ -175,16 +177,18 @@ def test_refused_commands_are_counted_and_change_nothing(nodes):
     node = nodes["body"]
     node.fresh()
     before = counts(node.report()[1])
-    assert set(before) == {"unknown frame", "not finite", "not for this integrator"}
+    assert set(before) == {"unknown frame", "not finite", "not for this integrator", "malformed"}
     node.send("hook", force=(0.3, 0.4, 0.0))
     node.wait(lambda: len(node.poses) > 10, "some motion")
     for _, frame_id, force, torque in BAD:
         node.send(frame_id, force, torque)
-    total = sum(before.values()) + len(BAD)
+    for data in MALFORMED:
+        node.send_bytes(data)
+    total = sum(before.values()) + len(BAD) + len(MALFORMED)
     status, values = node.wait_report(lambda _, values: sum(counts(values).values()) >= total, "all the refusals")
     after = counts(values)
     counted = {reason: after[reason] - before[reason] for reason in after}
-    assert counted == {"unknown frame": 2, "not finite": 4, "not for this integrator": 0}
+    assert counted == {"unknown frame": 2, "not finite": 4, "not for this integrator": 0, "malformed": 2}
     assert status.level == b"\x01" and ("refused" in status.message or "slower" in status.message)
     track = node.collect_motion(RATE)
     assert_every_step(track.stamp_ns)
@@ -192,3 +196,4 @@ def test_refused_commands_are_counted_and_change_nothing(nodes):
     assert (
         "wrench in frame 'base_lnik' refused: send it in one of base_link, world, hook, thruster" in node.process.stderr
     )
+    assert "wrench of 44 bytes refused: they are not a serialised geometry_msgs/WrenchStamped" in node.process.stderr

@@ -36,6 +36,10 @@ REFUSED = {
         "parameter publish_rate = 300: does not divide rate = 1000 Hz into whole steps; the nearest that does is 333.3",
     ),
     "unknown integrator": ({"integrator.name": "tailor"}, "integrator.name"),
+    "output that cannot be": (
+        {"outputs": ["pose"]},
+        "parameter outputs = ['pose']: 'pose' is not allowed; give any of ",
+    ),
     "use_sim_time": ({"use_sim_time": True}, "parameter use_sim_time = true: this node makes the simulated time"),
     "use_sim_time of a wrong type": (
         {"use_sim_time": 3},

@@ -1,0 +1,139 @@
+"""Messages as bytes that are made once, so that to publish one costs a stamp and a few doubles written in place.
+
+The bytes are CDR, as the middleware sends them: 4 bytes that name the encoding, then every field at a multiple of its
+size counted from there. A text shifts what follows it, so a template holds for one set of frame names. Nothing of this
+is taken on trust: a Template finds its offsets in what ``serialize_message`` gives, and reads back what it has written.
+"""
+
+import struct
+from collections.abc import Sequence
+from typing import Any
+
+from rclpy.serialization import deserialize_message, serialize_message
+
+NANOSECONDS = 1_000_000_000
+HEADER_STAMP = "header.stamp"
+
+_STAMP = struct.Struct("<iI")
+_DOUBLE = struct.Struct("<d")
+_MARK_NS = 0x1A2B3C4D * NANOSECONDS + 0x2C3D4E5
+
+
+class LayoutError(Exception):
+    """A message whose bytes are not laid out as a Template needs; the text says what was found."""
+
+
+class Typed:
+    """Writes a stamp and floats into the fields of a typed message.
+
+    Parameters
+    ----------
+    message : ROS message
+        It holds everything that stays the same, and is written into.
+    fields : sequence of str
+        Dotted names of the float64 fields in the order of the values; an entry of an array is named by its index.
+    stamp : str
+        Dotted name of the stamp (builtin_interfaces/Time).
+    """
+
+    def __init__(self, message: Any, fields: Sequence[str], stamp: str = HEADER_STAMP):
+        self.message = message
+        self._stamp = _follow(message, stamp)
+        self._targets = [(_follow(message, path), name) for path, _, name in (f.rpartition(".") for f in fields)]
+
+    def write(self, stamp_ns: int, values: Sequence[float]) -> Any:
+        """The message with this stamp [ns] and these values: what ``Publisher.publish`` takes."""
+        self._stamp.sec, self._stamp.nanosec = divmod(stamp_ns, NANOSECONDS)
+        for (target, name), value in zip(self._targets, values, strict=True):
+            setattr(target, name, value)
+        return self.message
+
+
+class Template:
+    """The same as Typed, into the bytes of the message.
+
+    Raises LayoutError when the stamp or a field cannot be found in the bytes as little-endian integers and doubles, or
+    when what is written does not come back on deserialising.
+    """
+
+    def __init__(self, message: Any, fields: Sequence[str], stamp: str = HEADER_STAMP):
+        typed = Typed(message, fields, stamp)
+        # Multiples of an irrational number: all bytes of each are used, so none is found twice or by chance.
+        marks = [2.0**0.5 * (i + 1) for i in range(len(fields))]
+        try:
+            self._buffer = bytearray(serialize_message(typed.write(_MARK_NS, marks)))
+        except Exception as reason:  # whatever a type support makes of it
+            raise LayoutError(f"it cannot be serialised: {reason}") from None
+        self._stamp_at = self._place(_STAMP.pack(*divmod(_MARK_NS, NANOSECONDS)), stamp)
+        places = [self._place(_DOUBLE.pack(mark), field) for mark, field in zip(marks, fields, strict=True)]
+        self._runs = _runs(places)
+        self._verify(typed, len(fields))
+
+    def write(self, stamp_ns: int, values: Sequence[float]) -> bytes:
+        """The serialised message with this stamp [ns] and these values: what ``Publisher.publish`` takes."""
+        buffer = self._buffer
+        _STAMP.pack_into(buffer, self._stamp_at, *divmod(stamp_ns, NANOSECONDS))
+        for pack_into, at, first, end in self._runs:
+            pack_into(buffer, at, *values[first:end])
+        return bytes(buffer)
+
+    def _place(self, mark: bytes, name: str) -> int:
+        found = self._buffer.count(mark)
+        if found != 1:
+            raise LayoutError(f"{name} occurs {found} times in its bytes, as little-endian numbers; it must occur once")
+        return self._buffer.index(mark)
+
+    def _verify(self, typed: Typed, count: int) -> None:
+        for stamp_ns, scale in ((1, -1e-300), (2**31 * NANOSECONDS - 1, 1e300), (0, 0.0)):
+            values = [scale / (i + 3) for i in range(count)]
+            try:
+                back = deserialize_message(self.write(stamp_ns, values), type(typed.message))
+            except Exception as reason:  # whatever a type support makes of it
+                raise LayoutError(f"its bytes cannot be read back: {reason}") from None
+            if back != typed.write(stamp_ns, values):
+                raise LayoutError("what is read back from its bytes is not what was written")
+
+
+def writer(message: Any, fields: Sequence[str], stamp: str = HEADER_STAMP) -> tuple[Template | Typed, str]:
+    """A Template for the message, or where its layout forbids that a Typed and the reason (else empty)."""
+    try:
+        return Template(message, fields, stamp), ""
+    except LayoutError as reason:
+        return Typed(message, fields, stamp), str(reason)
+
+
+def _follow(message: Any, path: str) -> Any:
+    for name in path.split("."):
+        message = message[int(name)] if name.isdigit() else getattr(message, name)
+    return message
+
+
+def _runs(places: Sequence[int]) -> list[tuple[Any, int, int, int]]:
+    """(pack_into, offset, first, end) for each longest run of values [first:end] that lie side by side in the bytes."""
+    starts = [i for i, place in enumerate(places) if i == 0 or place != places[i - 1] + _DOUBLE.size]
+    return [
+        (struct.Struct(f"<{end - first}d").pack_into, places[first], first, end)
+        for first, end in zip(starts, [*starts, len(places)][1:], strict=True)
+    ]
+
+
+# Received wrenches ----------------------------------------------------------------------------------------------------
+
+_LITTLE_ENDIAN = b"\x00\x01\x00\x00"  # plain CDR
+_TEXT_AT = 16  # encoding 4, stamp 8, length of the text 4
+_LENGTH = struct.Struct("<I").unpack_from
+_WRENCH = struct.Struct("<6d")
+
+
+def split_wrench(data: bytes) -> tuple[bytes, tuple[float, ...]] | None:
+    """Frame (UTF-8 and a NUL) and force and torque, 6 floats, of a serialised WrenchStamped.
+
+    None for bytes of another encoding or length, which ``deserialize_message`` must judge.
+    """
+    if len(data) < _TEXT_AT or data[:4] != _LITTLE_ENDIAN:
+        return None
+    end = _TEXT_AT + _LENGTH(data, _TEXT_AT - 4)[0]
+    at = end + (4 - end) % 8  # doubles lie at multiples of 8 counted from byte 4
+    if len(data) != at + _WRENCH.size:
+        return None
+    return data[_TEXT_AT:end], _WRENCH.unpack_from(data, at)

@@ -1,0 +1,316 @@
+"""What the node publishes of a step: an entry for each kind of output, and the channels that carry those asked for.
+
+A quaternion is w, x, y, z inside and x, y, z, w in messages: the order changes here.
+"""
+
+import os
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from geometry_msgs.msg import AccelStamped, PoseStamped, TransformStamped, TwistStamped, WrenchStamped
+from rclpy.event_handler import PublisherEventCallbacks, QoSPublisherMatchedInfo, UnsupportedEventTypeError
+from rclpy.node import Node
+from rclpy.qos_overriding_options import QoSOverridingOptions
+
+from ..physics.body import Body
+from ..physics.rotation import qmultiply, qrotate, qrotate_back
+from ..scene.loader import Scene
+from ..simulation import Simulation
+from . import cdr
+
+QUEUE = 10
+ALWAYS = ("pose", "twist")
+Numbers = tuple[float, ...]
+
+
+class Motion:
+    """A simulation's present motion in the order of messages; each part is worked out when first asked for."""
+
+    def __init__(self, simulation: Simulation):
+        self.simulation = simulation
+        self._values = simulation.motion
+
+    @property
+    def position(self) -> Numbers:
+        """Of the body frame's origin, world axes."""
+        return self._values[0:3]
+
+    @property
+    def q(self) -> Numbers:
+        """Quaternion w, x, y, z, body → world."""
+        return self._values[3:7]
+
+    @property
+    def pose(self) -> Numbers:
+        """Of the body frame in the world: position and quaternion x, y, z, w, 7 numbers."""
+        x, y, z, qw, qx, qy, qz = self._values[0:7]
+        return x, y, z, qx, qy, qz, qw
+
+    @property
+    def twist_world(self) -> Numbers:
+        """Velocity of the body frame's origin and angular velocity, world axes, 6 numbers."""
+        return self._values[7:13]
+
+    @property
+    def twist_body(self) -> Numbers:
+        """The same in body axes."""
+        return self._values[13:19]
+
+    @cached_property
+    def acceleration(self) -> Numbers:
+        """Of the body frame's origin in world axes and dω/dt in body axes, 6 numbers."""
+        return self.simulation.acceleration
+
+    @property
+    def acceleration_body(self) -> Numbers:
+        """Acceleration of the body frame's origin relative to the world and dω/dt, body axes, 6 numbers."""
+        return *qrotate_back(*self.q, *self.acceleration[0:3]), *self.acceleration[3:6]
+
+    @property
+    def acceleration_world(self) -> Numbers:
+        """The same in world axes."""
+        return *self.acceleration[0:3], *qrotate(*self.q, *self.acceleration[3:6])
+
+    @property
+    def inertial(self) -> Numbers:
+        """Orientation, angular velocity and specific force at the body frame's origin, body axes, 10 numbers.
+
+        Specific force is acceleration less that of free fall: what an accelerometer shows, REP-145.
+        """
+        specific = np.subtract(self.acceleration[0:3], self.simulation.gravity).tolist()
+        return *self.pose[3:7], *self.twist_body[3:6], *qrotate_back(*self.q, *specific)
+
+    @property
+    def wrench(self) -> Numbers:
+        """The held wrench as force and torque about the body frame's origin, body axes, 6 numbers."""
+        return self.simulation.wrench.about_origin(self.q, self.simulation.body.center_of_mass.tolist())
+
+    def placed(self, point: Sequence[float], q: Sequence[float]) -> Numbers:
+        """Pose of something fixed to the body, whose pose in the body frame is that, 7 numbers."""
+        position = map(sum, zip(self.position, qrotate(*self.q, *point), strict=True))
+        w, x, y, z = qmultiply(*self.q, *q)
+        return *position, x, y, z, w
+
+
+@dataclass(frozen=True)
+class Output:
+    """One kind of output: its ``message`` holds all that stays the same, ``fields`` take the ``values`` of a motion."""
+
+    topic: str
+    message: Any
+    fields: tuple[str, ...]
+    values: Callable[[Motion], Numbers]
+    stamp: str = cdr.HEADER_STAMP
+    depth: int = QUEUE
+
+
+def _vector(path: str) -> tuple[str, ...]:
+    return tuple(f"{path}.{axis}" for axis in "xyz")
+
+
+def _quaternion(path: str) -> tuple[str, ...]:
+    return tuple(f"{path}.{axis}" for axis in "xyzw")
+
+
+def _pose_of(path: str) -> tuple[str, ...]:
+    return _vector(f"{path}.position") + _quaternion(f"{path}.orientation")
+
+
+def _twist_of(path: str) -> tuple[str, ...]:
+    return _vector(f"{path}.linear") + _vector(f"{path}.angular")
+
+
+def _pose(scene: Scene, _: Simulation) -> Output:
+    message = PoseStamped()
+    message.header.frame_id = scene["world_frame_id"]
+    return Output("pose", message, _pose_of("pose"), lambda motion: motion.pose)
+
+
+def _twist(scene: Scene, _: Simulation) -> Output:
+    message = TwistStamped()
+    if scene["twist_frame"] == "body":
+        message.header.frame_id = scene["body.frame_id"]
+        return Output("twist", message, _twist_of("twist"), lambda motion: motion.twist_body)
+    message.header.frame_id = scene["world_frame_id"]
+    return Output("twist", message, _twist_of("twist"), lambda motion: motion.twist_world)
+
+
+def _odom(scene: Scene, _: Simulation) -> Output:
+    from nav_msgs.msg import Odometry
+
+    message = Odometry(child_frame_id=scene["body.frame_id"])
+    message.header.frame_id = scene["world_frame_id"]
+    fields = _pose_of("pose.pose") + _twist_of("twist.twist")
+    return Output("odom", message, fields, lambda motion: motion.pose + motion.twist_body)
+
+
+def _accel(scene: Scene, _: Simulation) -> Output:
+    message = AccelStamped()
+    if scene["twist_frame"] == "body":
+        message.header.frame_id = scene["body.frame_id"]
+        return Output("accel", message, _twist_of("accel"), lambda motion: motion.acceleration_body)
+    message.header.frame_id = scene["world_frame_id"]
+    return Output("accel", message, _twist_of("accel"), lambda motion: motion.acceleration_world)
+
+
+def _imu(scene: Scene, _: Simulation) -> Output:
+    from sensor_msgs.msg import Imu
+
+    message = Imu()
+    message.header.frame_id = scene["body.frame_id"]
+    fields = _quaternion("orientation") + _vector("angular_velocity") + _vector("linear_acceleration")
+    return Output("imu", message, fields, lambda motion: motion.inertial)
+
+
+def _wrench_applied(scene: Scene, _: Simulation) -> Output:
+    message = WrenchStamped()
+    message.header.frame_id = scene["body.frame_id"]
+    fields = _vector("wrench.force") + _vector("wrench.torque")
+    return Output("wrench_applied", message, fields, lambda motion: motion.wrench)
+
+
+def _marker(scene: Scene, simulation: Simulation) -> Output:
+    from visualization_msgs.msg import Marker
+
+    message = Marker(ns=scene["body.frame_id"], action=Marker.ADD)
+    message.header.frame_id = scene["world_frame_id"]
+    # Exact as float32, in which colours are sent.
+    message.color.r, message.color.g, message.color.b, message.color.a = 0.375, 0.625, 0.875, 1.0
+    kind, size, point, q = _look(scene, simulation.body)
+    message.type = getattr(Marker, kind)
+    message.scale.x, message.scale.y, message.scale.z = map(float, size)
+    if kind == "MESH_RESOURCE":
+        message.mesh_resource = f"file://{os.path.abspath(scene['body.mesh_file'])}"
+    return Output("marker", message, _pose_of("pose"), lambda motion: motion.placed(point, q))
+
+
+_SHAPES = {  # kind of marker and its size along the axes, from the dimensions
+    "sphere": ("SPHERE", lambda r: (2 * r, 2 * r, 2 * r)),
+    "hollow_sphere": ("SPHERE", lambda r, _: (2 * r, 2 * r, 2 * r)),
+    "ellipsoid": ("SPHERE", lambda x, y, z: (2 * x, 2 * y, 2 * z)),
+    "box": ("CUBE", lambda x, y, z: (x, y, z)),
+    "cylinder": ("CYLINDER", lambda r, length: (2 * r, 2 * r, length)),
+    "tube": ("CYLINDER", lambda r, _, length: (2 * r, 2 * r, length)),
+}
+_NO_TURN = (1.0, 0.0, 0.0, 0.0)
+
+
+def _look(scene: Scene, body: Body) -> tuple[str, Sequence[float], Sequence[float], Sequence[float]]:
+    """Kind of marker, size [m], and where it sits in the body frame: point [m] and quaternion w, x, y, z.
+
+    A body of no shape that a marker has shows as the even ellipsoid of its mass and inertia, I_x = m (b² + c²) / 5.
+    """
+    if scene["body.mesh_file"]:
+        return "MESH_RESOURCE", (1.0, 1.0, 1.0), (0.0, 0.0, 0.0), _NO_TURN
+    center = body.center_of_mass.tolist()
+    if scene["body.shape"] in _SHAPES:
+        kind, size = _SHAPES[scene["body.shape"]]
+        return kind, size(*scene["body.dimensions"]), center, _NO_TURN
+    moments = body.principal_moments / body.mass
+    size = 2.0 * np.sqrt(np.maximum(0.0, 2.5 * (moments.sum() - 2.0 * moments)))
+    # RViz does not show what has no extent along an axis, as a thin disc's ellipsoid has not.
+    return "SPHERE", np.maximum(size, 0.01 * size.max()).tolist(), center, body.q_body_principal.tolist()
+
+
+def _tf(scene: Scene, _: Simulation) -> Output:
+    try:
+        from tf2_msgs.msg import TFMessage
+    except ImportError as reason:
+        raise ValueError(
+            f"parameter outputs: 'tf' needs the package tf2_msgs, which cannot be imported ({reason}); "
+            "install it (ros-jazzy-tf2-msgs, which PyPI does not have) or leave 'tf' out"
+        ) from None
+    transform = TransformStamped(child_frame_id=scene["body.frame_id"])
+    transform.header.frame_id = scene["world_frame_id"]
+    fields = _vector("transforms.0.transform.translation") + _quaternion("transforms.0.transform.rotation")
+    message = TFMessage(transforms=[transform])
+    return Output("/tf", message, fields, lambda motion: motion.pose, stamp="transforms.0.header.stamp", depth=100)
+
+
+def _clock(_: Scene, __: Simulation) -> Output:
+    from rosgraph_msgs.msg import Clock
+
+    return Output("/clock", Clock(), (), lambda _: (), stamp="clock", depth=1)
+
+
+# In the order of publishing: whoever is woken by the clock has the step's other messages already.
+KINDS: dict[str, Callable[[Scene, Simulation], Output]] = {
+    "pose": _pose,
+    "twist": _twist,
+    "odom": _odom,
+    "accel": _accel,
+    "imu": _imu,
+    "wrench_applied": _wrench_applied,
+    "marker": _marker,
+    "tf": _tf,
+    "clock": _clock,
+}
+
+
+class Channel:
+    """The publisher of one output. ``listeners`` is how many subscriptions there are, as far as is known."""
+
+    def __init__(self, node: Node, output: Output):
+        self.output = output
+        self.listeners = 0
+        self._told = True
+        self._publisher = self._create(node)
+        self._writer, reason = cdr.writer(output.message, output.fields, output.stamp)
+        # ``Publisher.publish`` looks at the type of what it is given, which costs as much as sending the bytes.
+        self._send = self._publisher.publish if reason else self._publisher.handle.publish_raw
+        if reason:
+            node.get_logger().info(f"topic {output.topic} is published field by field: {reason}")
+
+    def _create(self, node: Node) -> Any:
+        overridable = QoSOverridingOptions.with_default_policies()
+        options = {"qos_profile": self.output.depth, "qos_overriding_options": overridable}
+        kind, topic = type(self.output.message), self.output.topic
+        try:
+            events = PublisherEventCallbacks(matched=self._on_matched)
+            return node.create_publisher(kind, topic, event_callbacks=events, **options)
+        except UnsupportedEventTypeError:
+            self._told = False
+            return node.create_publisher(kind, topic, **options)
+
+    def _on_matched(self, event: QoSPublisherMatchedInfo) -> None:
+        self.listeners = event.current_count
+
+    def count_listeners(self) -> None:
+        """Ask, where no event has told yet. Where none ever will there is always taken to be one."""
+        self.listeners = self._publisher.get_subscription_count() if self._told else 1
+
+    def publish(self, stamp_ns: int, motion: Motion) -> None:
+        """Send the output for this motion, stamped with this time [ns]."""
+        self._send(self._writer.write(stamp_ns, self.output.values(motion)))
+
+
+class Outputs:
+    """All the outputs of a simulation that its scene asks for; what nobody listens to is neither built nor sent.
+
+    Raises ValueError for an output that cannot be made here.
+    """
+
+    def __init__(self, node: Node, scene: Scene, simulation: Simulation):
+        self._simulation = simulation
+        asked = {*ALWAYS, *scene["outputs"]}
+        entries = [make(scene, simulation) for kind, make in KINDS.items() if kind in asked]
+        now = Motion(simulation)
+        for entry in entries:
+            entry.values(now)  # compiles what it needs now, not at the first listener
+        self.channels = [Channel(node, entry) for entry in entries]
+
+    def count_listeners(self) -> None:
+        """Look who listens. Later the executor tells, by events."""
+        for channel in self.channels:
+            channel.count_listeners()
+
+    def publish(self, stamp_ns: int) -> None:
+        """Send the present motion to everybody who listens, all with the same stamp [ns]."""
+        motion = None
+        for channel in self.channels:
+            if channel.listeners:
+                motion = motion or Motion(self._simulation)
+                channel.publish(stamp_ns, motion)

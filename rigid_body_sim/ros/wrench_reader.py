@@ -1,0 +1,49 @@
+"""Wrench commands from the bytes that the middleware delivers."""
+
+from geometry_msgs.msg import WrenchStamped
+from rclpy.serialization import deserialize_message
+
+from ..physics.wrench import Wrench
+from ..scene.loader import Scene
+from . import cdr, messages
+
+
+class WrenchReader:
+    """Reads serialised WrenchStamped messages, as a subscription with ``raw=True`` gives them.
+
+    What a frame means is worked out once for each name. Bytes that are not laid out as usual (another encoding, say)
+    are left to ``deserialize_message``, as with an ordinary subscription, and so is the verdict on bad ones. ``what``
+    they carry is how messages about refusals call it.
+    """
+
+    def __init__(self, scene: Scene, what: str = "wrench"):
+        self._scene, self._what = scene, what
+        self._meanings: dict[bytes, messages.Meaning] = {}  # by the bytes of a known frame: a few, whatever is sent
+
+    def read(self, data: bytes) -> Wrench:
+        """The wrench that the bytes mean. Raises RefusedError when it cannot be accepted."""
+        parts = cdr.split_wrench(data)
+        if parts is None:
+            return self._read_slowly(data)
+        frame, numbers = parts
+        meaning = self._meanings.get(frame)
+        if meaning is None:
+            if frame.find(0) != len(frame) - 1:  # not one text that ends with a NUL, nor nothing at all
+                return self._read_slowly(data)
+            try:
+                frame_id = frame[:-1].decode()
+            except UnicodeDecodeError:
+                return self._read_slowly(data)
+            meaning = self._meanings[frame] = messages.meaning(frame_id, self._scene, self._what)
+        return messages.make_wrench(meaning, numbers[:3], numbers[3:], self._what)
+
+    def _read_slowly(self, data: bytes) -> Wrench:
+        try:
+            message = deserialize_message(data, WrenchStamped)
+        except Exception:  # RMWError for bytes, and whatever else a type support makes of them
+            raise messages.RefusedError(
+                messages.MALFORMED,
+                f"{self._what} of {len(data)} bytes refused: they are not a serialised geometry_msgs/WrenchStamped; "
+                "send one with the message definition of this ROS version",
+            ) from None
+        return messages.read_wrench(message, self._scene, self._what)
