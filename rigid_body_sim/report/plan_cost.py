@@ -28,6 +28,7 @@ FULL_WRENCH = Wrench(
     *np.full((4, 3), TINY).tolist(),
     points=[((0.3, 0.1, 0.2), (TINY, 0.0, 0.0)), ((0.1, 0.2, 0.3), (0.0, TINY, 0.0))],
 )
+STIFF_TETHER = Tether(anchor=(0.0, 0.0, 1.0), rest_length=1.0, stiffness=1e8, damping=1e5)
 
 
 def simulations() -> dict[str, Simulation]:
@@ -46,12 +47,7 @@ def simulations() -> dict[str, Simulation]:
         "any body, body torque": (general, spinning, torque, {}),
         "any body, body force": (general, spinning, Wrench(force_body=(1.0, 2.0, 3.0)), {}),
         "drag": (general, spinning, Wrench(), {"drag": Drag((1.0,) * 3, (1.0,) * 3, (0.01,) * 3)}),
-        "stiff tether": (
-            general,
-            spinning,
-            Wrench(),
-            {"tethers": [Tether(anchor=(0.0, 0.0, 1.0), rest_length=1.0, stiffness=1e8, damping=1e5)]},
-        ),
+        "stiff tether": (general, spinning, Wrench(), {"tethers": [STIFF_TETHER]}),
     }
     return {name: _simulation(*one) for name, one in made.items()}
 

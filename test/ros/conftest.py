@@ -6,7 +6,7 @@ import random
 
 import pytest
 
-from rigid_body_sim import Body, Simulation
+from rigid_body_sim import Body, Drag, Simulation
 
 os.environ["ROS_DOMAIN_ID"] = str(random.randint(1, 100))
 os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
@@ -68,4 +68,5 @@ def connect(context, run_node):
 @pytest.fixture(scope="session", autouse=True)
 def _kernels_in_the_cache():
     """Compiled once here: else the first nodes do it, for many seconds, and say so on stderr."""
-    Simulation(Body(mass=1.0, inertia=(1.0, 1.0, 1.0)))
+    for drag in (Drag(), Drag(linear=(1.0, 1.0, 1.0))):
+        Simulation(Body(mass=1.0, inertia=(1.0, 1.0, 1.0)), drag=drag)
