@@ -123,7 +123,7 @@ def check(inertia: NDArray) -> None:
     if abs(moments[0]) <= found:
         raise ValueError(
             f"inertia with principal moments [{shown}] kg m² is not positive definite: one is zero, or round-off, so "
-            "the spin L/I about its axis is undefined; give a thin rod its radius r (I = m r²/2), a point mass an extent"
+            "the spin L/I about its axis is undefined; give a thin rod its radius r (I = m r²/2), a point an extent"
         )
     if moments[0] < 0.0:
         raise ValueError(
