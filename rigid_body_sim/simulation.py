@@ -100,7 +100,7 @@ class Simulation:
         self._out = np.zeros(flat.OUT_SIZE)
         model = self._new_model(Wrench())
         self._state = flat.flatten(self.initial_state, model)
-        self._steps_kernel = compiled.ready(self.integrator.steps, self._state, model, self._work, self._h, 1)
+        self._steps_kernel = compiled.ready_steps(self.integrator.steps, self._state, model, self._work, self._h, 1)
         self._read_kernel = compiled.ready(flat.read_out, self._state, model, self._out)
         self._pose_kernel = compiled.ready(flat.read_pose, self._state, model)
         self._install(Wrench())

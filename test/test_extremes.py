@@ -289,6 +289,25 @@ def test_subnormal_input_beside_ordinary_input_changes_nothing(integrator, tiny)
     assert_allclose(*ends, rtol=0, atol=1e-306)  # measured 1.1e-310: y moves by what was given
 
 
+@pytest.mark.parametrize("tiny", [5e-324, 1e-200])
+def test_tiny_force_at_a_point_does_not_hide_another(tiny):
+    """Whether two forces are parallel is decided without products that vanish."""
+    points = [((0.0, 0.0, 1.0), (tiny, 0.0, 0.0)), ((0.0, 0.0, 1.0), (0.0, 0.4, 0.0))]
+    for given in (points, points[::-1]):
+        sim = Simulation(Body(1.0, (0.1, 0.2, 0.25)))
+        sim.set_wrench(Wrench(points=given))
+        sim.step()
+        assert sim.state.angular_momentum[0] == pytest.approx(-0.4e-3, rel=1e-6)  # r × F t; the arm turns by 1e-6 rad
+
+
+@pytest.mark.parametrize("force", [5e-324, 1e-200, 1e-160])
+def test_tiny_force_at_a_point_is_taken(force):
+    sim = Simulation(Body(1.0, (0.1, 0.2, 0.25)))
+    sim.set_wrench(Wrench(points=[((0.0, 0.0, 1.0), (force, 0.0, 0.0))]))
+    sim.step(1000)
+    assert sim.state.angular_momentum[1] == pytest.approx(force, rel=1e-12, abs=5e-322)  # measured 0
+
+
 def test_subnormal_hold_time_is_one_step():
     sim = Simulation(Body(1.0, (0.1, 0.2, 0.25)))
     sim.set_wrench(Wrench(force_world=(1.0, 0.0, 0.0)), hold=5e-324)
@@ -382,6 +401,23 @@ def test_no_number_makes_nan_a_warning_or_a_hang(integrator, name):
             assert SENTENCE.match(str(refusal)) and "math domain" not in str(refusal)
             outcomes.append("refused")
     assert len(outcomes) == len(HUGE)
+
+
+@pytest.mark.no_numba
+@over_all
+def test_run_that_ends_in_overflow_stops_at_the_last_step_that_can_be_done(integrator):
+    """In one call as in single ones; plain Python raises where compiled code goes on with inf, also inside a run."""
+    ends, method = [], REGISTRY[integrator]
+    for calls in ((16,), (1,) * 16):
+        sim = Simulation(Body(1.0, (0.1, 0.2, 0.25)), rate=1.0, integrator=integrator)
+        sim.set_wrench(Wrench(force_world=(1e307, 0.0, 0.0)))
+        if method.order is not None and not method.adaptive:  # the others would follow it for minutes in plain Python
+            sim.set_wrench(Wrench(force_world=(1e307, 0.0, 0.0), torque_body=(0.0, 1e60, 1e50)))
+        with pytest.raises(SimulationError, match=r"^step ") as stop:
+            for n in calls:
+                sim.step(n)
+        ends.append((sim.save(), str(stop.value)))
+    assert ends[0] == ends[1]
 
 
 def test_energy_too_large_for_a_float_is_infinite_and_no_warning():
