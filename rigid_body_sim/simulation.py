@@ -337,9 +337,9 @@ class Simulation:
     def restore(self, snapshot: Snapshot) -> None:
         """Continue from a snapshot taken with the same body, rate, gravity and integrator: the same bits follow."""
         self._stiffness = snapshot.stiffness
+        self._begin_with({name: tuple(held) for name, *held in snapshot.sources})
         self._state[:] = snapshot.state
         self.steps = snapshot.steps
-        self._begin_with({name: tuple(held) for name, *held in snapshot.sources})
         if self._origin_steps is not None:
             self._origin_steps, self._origin[:] = snapshot.origin or (snapshot.steps, snapshot.state)
 
@@ -376,7 +376,7 @@ class Simulation:
     def _make_ready(self, integrator: integrators.Integrator) -> None:
         if integrator.name not in self._kernels:
             work = np.zeros(integrator.work_size)
-            kernel = compiled.ready(integrator.steps, self._state, self._model, work, self._h, 1)
+            kernel = compiled.ready_steps(integrator.steps, self._state, self._model, work, self._h, 1)
             self._kernels[integrator.name] = kernel, work
 
     def _begin_anew(self, sources: dict[str, tuple[Wrench, int | None]] | None = None) -> None:

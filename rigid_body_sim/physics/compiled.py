@@ -92,6 +92,28 @@ def ready(function: Callable, *examples: object) -> Callable:
     return function.overloads[signature].entry_point
 
 
+def ready_steps(steps: Callable, *examples: object) -> Callable:
+    """``ready`` for an integrator's kernel, which refuses a step that cannot be done: see integrators.base.
+
+    Compiled, such a step shows as inf or NaN, by IEEE rules. Plain Python raises instead, in the middle of the step.
+    """
+    run = ready(steps, *examples)
+    return run if ENABLED else lambda *arguments: _refuse_what_raises(run, *arguments)
+
+
+def _refuse_what_raises(run: Callable, state: np.ndarray, model: np.ndarray, work: np.ndarray, h: float, n: int) -> int:
+    """Up to n steps, and how many were done; where arithmetic raises, the state is that before the step."""
+    before = state.copy()
+    try:
+        return run(state, model, work, h, n)
+    except (ArithmeticError, ValueError):
+        state[:] = before
+    if n == 1:
+        return 0
+    first = _refuse_what_raises(run, state, model, work, h, n // 2)
+    return first + (_refuse_what_raises(run, state, model, work, h, n - first) if first == n // 2 else 0)
+
+
 def is_cached(function: Callable) -> bool:
     """Whether ``ready`` will find compiled code for ``function`` (or needs none), so that it takes no time."""
     if not ENABLED:

@@ -54,7 +54,10 @@ def turn_freely(state, model, work, t):
     for i in range(3):
         work[_MOMENTS + i] = model[MOMENTS + i] * math.ldexp(1.0, max(-1000, min(1000, -unit_i)))
     qq, g = _body_momentum(state, work, math.ldexp(1.0, max(-1000, min(1000, -unit_l))))
-    if not g * time / min(work[_MOMENTS], work[_MOMENTS + 1], work[_MOMENTS + 2]) < MOST_TURNS:
+    rate = 0.0
+    for i in range(3):
+        rate += abs(work[_SPIN + i]) / work[_MOMENTS + i]
+    if not rate * time / qq < MOST_TURNS:
         return False
     r, b, s, distance = _sides(work)
     dw, d1, d2, d3, tau, sigma = _relative_turn(work, r, b, s, qq, distance / (qq * qq), g, time)

@@ -8,6 +8,7 @@ seen from the body. So any number of them is ``Σ_i A_i Rᵀ B_i`` with at most 
 matrices A_i (principal axes): one carried vector when all are parallel, the three world axes otherwise.
 """
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -158,11 +159,15 @@ def _points_are_parallel(model, n):
         if model[WRENCH + 9 + i] != 0.0:
             return False
     p = POINTS + 3
-    if model[p] == 0.0 and model[p + 1] == 0.0 and model[p + 2] == 0.0:
+    largest = max(abs(model[p]), abs(model[p + 1]), abs(model[p + 2]))
+    if largest == 0.0:
         return False
+    # By a power of two, which rounds nothing: products with a tiny force would vanish, with a huge one overflow.
+    unit = math.ldexp(1.0, max(-1000, min(1000, -math.frexp(largest)[1])))
+    fx, fy, fz = unit * model[p], unit * model[p + 1], unit * model[p + 2]
     for k in range(1, n):
         a = p + 6 * k
-        x, y, z = cross(model[p], model[p + 1], model[p + 2], model[a], model[a + 1], model[a + 2])
+        x, y, z = cross(fx, fy, fz, model[a], model[a + 1], model[a + 2])
         if x != 0.0 or y != 0.0 or z != 0.0:
             return False
     return True
@@ -175,9 +180,14 @@ def _add_arms(model, k, parallel):
     c = CENTER_OF_MASS
     x, y, z = to_principal(model, model[p] - model[c], model[p + 1] - model[c + 1], model[p + 2] - model[c + 2])
     for i in range(1 if parallel else 3):
-        b = CARRIED + 3 * i
-        along = model[b] * model[p + 3] + model[b + 1] * model[p + 4] + model[b + 2] * model[p + 5]
-        weight = along / (model[b] * model[b] + model[b + 1] * model[b + 1] + model[b + 2] * model[b + 2])
+        b, j = (
+            CARRIED + 3 * i,
+            0,
+        )  # the force along B_i, which is parallel to it or an axis: from B_i's largest component
+        for other in range(1, 3):
+            if abs(model[b + other]) > abs(model[b + j]):
+                j = other
+        weight = model[p + 3 + j] / model[b + j]
         a = ARMS + 9 * i
         model[a + 1] -= weight * z
         model[a + 2] += weight * y

@@ -1,0 +1,140 @@
+"""The loop: takes the steps that are due, publishes, and keeps what pause, step and reset mean in one place."""
+
+import time
+
+from ..scene.loader import Scene
+from ..simulation import Simulation, SimulationError
+from .outputs import Outputs
+from .pacing import NANOSECONDS, Pacer
+
+LONGEST_SLEEP_NS = NANOSECONDS // 10  # so that a request to stop is soon seen
+BURST_NS = NANOSECONDS // 1000  # wall time between two looks at the commands, when stepping as fast as possible
+LARGEST_BURST = 10_000  # steps in one call then
+CLOCK_NS = NANOSECONDS // 10  # wall time between two ticks of /clock while time stands still
+
+
+class Stopped(Exception):
+    """Something was asked for that a simulation cannot do in its present mode; the text says what would be right."""
+
+
+class Loop:
+    """One simulation, advanced at its pace or by commands, between whose steps everything else happens.
+
+    ``epoch_ns`` is the stamp of simulated time zero. ``complain`` is called with a sentence when a step cannot be done.
+    """
+
+    def __init__(self, scene: Scene, simulation: Simulation, outputs: Outputs, epoch_ns: int, complain):
+        self.simulation = simulation
+        self.failure = ""
+        self.paused = scene["start_paused"]
+        self.lockstep = scene["lockstep"]
+        self._steps_per_command = scene["steps_per_command"]
+        self._every = scene.steps_per_publish
+        self._keep_time = not scene["reset_time"]
+        self._outputs, self._epoch_ns, self._complain = outputs, epoch_ns, complain
+        self.pacer = Pacer(simulation.rate, time.monotonic_ns(), scene["real_time_factor"])
+        self._clock_due_ns = 0
+
+    @property
+    def mode(self) -> str:
+        """What it does now, in a word."""
+        return "stopped" if self.failure else "paused" if self.paused else "lockstep" if self.lockstep else "running"
+
+    def start(self) -> None:
+        """Publish the present state and begin to count time."""
+        self.pacer.start(time.monotonic_ns())
+        self.publish()
+
+    def turn(self) -> None:
+        """Take the steps that are due now."""
+        now_ns = time.monotonic_ns()
+        if self.mode != "running":
+            self._keep_clock_ticking(now_ns)
+        elif self.pacer.free:
+            self._advance_until(now_ns + BURST_NS)
+        else:
+            self._advance(self.pacer.due(now_ns))
+
+    def idle_ns(self, now_ns: int) -> int:
+        """Wall time [ns] until there is something to do, however small."""
+        if self.mode != "running":
+            return LONGEST_SLEEP_NS
+        return 0 if self.pacer.free else min(LONGEST_SLEEP_NS, self.pacer.deadline_ns() - now_ns)
+
+    def publish(self) -> None:
+        """Publish what is asked for of the present step, all with its stamp."""
+        self._outputs.publish(self._stamp_ns())
+
+    def _stamp_ns(self) -> int:
+        return self._epoch_ns + self.simulation.time_ns
+
+    def _advance(self, due: int) -> None:
+        """Take ``due`` steps, publishing at each step that is a multiple of steps_per_publish."""
+        simulation, every = self.simulation, self._every
+        while due > 0 and self._try_steps(chunk := min(due, every - simulation.steps % every)):
+            due -= chunk
+            if simulation.steps % every == 0:
+                self.publish()
+
+    def _advance_until(self, end_ns: int) -> None:
+        while not self.failure and time.monotonic_ns() < end_ns:
+            self._advance(min(self._every, LARGEST_BURST))
+
+    def _try_steps(self, n: int) -> bool:
+        try:
+            self.simulation.step(n)
+        except SimulationError as failure:
+            self.failure = str(failure)
+            self._complain(f"stopped; ~/reset starts afresh: {failure}")
+            self.publish()
+            return False
+        return True
+
+    def _keep_clock_ticking(self, now_ns: int) -> None:
+        """Whoever waits for /clock must hear it while time stands still, too."""
+        if now_ns >= self._clock_due_ns:
+            self._outputs.tick(self._stamp_ns())
+            self._clock_due_ns = now_ns + CLOCK_NS
+
+    # What others ask for, between two steps ---------------------------------------------------------------------------
+
+    def on_command(self) -> None:
+        """In lockstep, a command advances the simulation."""
+        if self.mode == "lockstep" and self._try_steps(self._steps_per_command):
+            self.publish()
+
+    def on_changed_state(self) -> None:
+        """After the state was set from outside: when no step follows by itself, show it."""
+        if self.mode != "running":
+            self.publish()
+
+    def set_factor(self, factor: float) -> None:
+        """Another pace from here on."""
+        self.pacer.set_factor(factor, time.monotonic_ns())
+
+    def pause(self, wanted: bool) -> str:
+        """Pause or go on; returns what it does then. Raises Stopped when it cannot go on."""
+        if self.failure and not wanted:
+            raise Stopped(f"stopped; ~/reset starts afresh: {self.failure}")
+        already = "already " if self.paused == wanted else ""
+        if not wanted and self.paused:
+            self.pacer.start(time.monotonic_ns())
+        self.paused = wanted
+        return f"{already}{self.mode}"
+
+    def step(self, n: int = 1) -> str:
+        """Take n steps while paused and publish; returns where that led. Raises Stopped when it cannot be done."""
+        if self.failure or not self.paused:
+            raise Stopped(self.failure or "not paused; call ~/pause with true first")
+        if not self._try_steps(n):
+            raise Stopped(self.failure)
+        self.publish()
+        return f"step {self.simulation.steps}, simulated time {self.simulation.time:.9g} s"
+
+    def reset(self) -> str:
+        """Back to the initial state; returns what became of the time."""
+        self.simulation.reset(keep_time=self._keep_time)
+        self.failure = ""
+        self.pacer.start(time.monotonic_ns())
+        self.on_changed_state()
+        return f"initial state, no wrench, simulated time {'goes on' if self._keep_time else 'from zero'}"
