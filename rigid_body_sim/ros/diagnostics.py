@@ -21,6 +21,7 @@ class Reading:
     slipped_ns: int
     latest_ns: int  # largest lateness of a step since the reading before
     refused: Counter[str]
+    limited: int  # commands that were scaled down
 
 
 def status(
@@ -31,7 +32,7 @@ def status(
     *,
     mode: str,
     failure: str,
-    wrench_age: float | None,
+    ages: dict[str, float | None],
 ) -> DiagnosticStatus:
     """ERROR after a step that could not be done, WARN when time slipped or commands were refused, else OK."""
     slipped = (now.slipped_ns - before.slipped_ns) / NANOSECONDS
@@ -58,7 +59,8 @@ def status(
         "largest lateness [s]": f"{now.latest_ns / NANOSECONDS:.6f}",
         "slipped time [s]": f"{now.slipped_ns / NANOSECONDS:.6f}",
         "wrench held": "yes" if simulation.wrench.points or any(simulation.wrench.values) else "no",
-        "wrench age [s]": "none yet" if wrench_age is None else f"{wrench_age:.6f}",
+        **{f"{topic} age [s]": "none yet" if age is None else f"{age:.6f}" for topic, age in ages.items()},
+        "commands limited": str(now.limited),
         **{f"refused: {reason}": str(count) for reason, count in sorted(now.refused.items())},
         **_motion(simulation),
     }

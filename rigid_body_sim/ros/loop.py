@@ -13,7 +13,7 @@ LARGEST_BURST = 10_000  # steps in one call then
 CLOCK_NS = NANOSECONDS // 10  # wall time between two ticks of /clock while time stands still
 
 
-class Stopped(Exception):
+class StoppedError(Exception):
     """Something was asked for that a simulation cannot do in its present mode; the text says what would be right."""
 
 
@@ -113,9 +113,9 @@ class Loop:
         self.pacer.set_factor(factor, time.monotonic_ns())
 
     def pause(self, wanted: bool) -> str:
-        """Pause or go on; returns what it does then. Raises Stopped when it cannot go on."""
+        """Pause or go on; returns what it does then. Raises StoppedError when it cannot go on."""
         if self.failure and not wanted:
-            raise Stopped(f"stopped; ~/reset starts afresh: {self.failure}")
+            raise StoppedError(f"stopped; ~/reset starts afresh: {self.failure}")
         already = "already " if self.paused == wanted else ""
         if not wanted and self.paused:
             self.pacer.start(time.monotonic_ns())
@@ -123,11 +123,11 @@ class Loop:
         return f"{already}{self.mode}"
 
     def step(self, n: int = 1) -> str:
-        """Take n steps while paused and publish; returns where that led. Raises Stopped when it cannot be done."""
+        """Take n steps while paused and publish; returns where that led. Raises StoppedError when it cannot be done."""
         if self.failure or not self.paused:
-            raise Stopped(self.failure or "not paused; call ~/pause with true first")
+            raise StoppedError(self.failure or "not paused; call ~/pause with true first")
         if not self._try_steps(n):
-            raise Stopped(self.failure)
+            raise StoppedError(self.failure)
         self.publish()
         return f"step {self.simulation.steps}, simulated time {self.simulation.time:.9g} s"
 

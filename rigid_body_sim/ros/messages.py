@@ -1,7 +1,8 @@
 """Commands in ROS messages: what they mean, and why some are refused."""
 
+import contextlib
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 from geometry_msgs.msg import WrenchStamped
 from std_msgs.msg import Header
@@ -15,9 +16,12 @@ NOT_FINITE = "not finite"
 UNKNOWN_FRAME = "unknown frame"
 NOT_FOR_INTEGRATOR = "not for this integrator"
 MALFORMED = "malformed"
-REFUSALS = (NOT_FINITE, UNKNOWN_FRAME, NOT_FOR_INTEGRATOR, MALFORMED)
+STOPPED = "stopped"
+REFUSALS = (NOT_FINITE, UNKNOWN_FRAME, NOT_FOR_INTEGRATOR, MALFORMED, STOPPED)
 
-Meaning = Callable[[tuple[float, ...], tuple[float, ...]], Wrench]  # of a force [N] and a torque [N m] in some frame
+Vector = tuple[float, ...]
+Meaning = Callable[[Vector, Vector], Wrench]  # of a force [N] and a torque [N m] in some frame
+Limit = Callable[[Vector, Vector], tuple[Vector, Vector]]  # of a force [N] and a torque [N m]
 
 
 class RefusedError(Exception):
@@ -33,7 +37,7 @@ def stamp(header: Header, time_ns: int) -> None:
     header.stamp.sec, header.stamp.nanosec = divmod(time_ns, NANOSECONDS)
 
 
-def meaning(frame_id: str, scene: Scene, what: str = "wrench") -> Meaning:
+def meaning(frame_id: str, scene: Scene, what: str) -> Meaning:
     """What a force and a torque mean when they are sent in a frame. Raises RefusedError for an unknown frame."""
     name = frame_id.removeprefix("/")
     if not name:
@@ -49,20 +53,55 @@ def meaning(frame_id: str, scene: Scene, what: str = "wrench") -> Meaning:
     raise RefusedError(UNKNOWN_FRAME, text)
 
 
-def make_wrench(meaning: Meaning, force: tuple[float, ...], torque: tuple[float, ...], what: str = "wrench") -> Wrench:
-    """The wrench of a force [N] and a torque [N m]. Raises RefusedError when it is not finite."""
+def check_frame(what: str, frame_id: str, known: set[str]) -> str:
+    """The frame without a leading '/'. Raises RefusedError unless it is known or empty."""
+    name = frame_id.removeprefix("/")
+    if name and name not in known:
+        choice = " or ".join(sorted(known))
+        raise RefusedError(
+            UNKNOWN_FRAME, f"{what} in frame {name!r} refused: send it in {choice}, or leave frame_id empty"
+        )
+    return name
+
+
+@contextlib.contextmanager
+def refusing(what: str) -> Iterator[None]:
+    """Turn a ValueError about the numbers in a message into a refusal."""
+    try:
+        yield
+    except ValueError as reason:
+        raise RefusedError(NOT_FINITE, f"{what} refused: {reason}") from None
+
+
+def scaled_down(vector: Vector, most: float) -> Vector:
+    """``vector``, or where it is longer than ``most``, one of that length in its direction."""
+    largest = max(map(abs, vector))
+    if math.hypot(*vector) <= most:
+        return vector
+    unit = [component / largest for component in vector]  # lengths of floats near the largest are not finite
+    factor = most / math.hypot(*unit)
+    return tuple(factor * component for component in unit)
+
+
+def make_wrench(meaning: Meaning, force: Vector, torque: Vector, what: str, limit: Limit) -> Wrench:
+    """The wrench of a force [N] and a torque [N m] within limits. Raises RefusedError when it is not finite."""
     if not all(map(math.isfinite, force + torque)):
         raise RefusedError(NOT_FINITE, f"{what} with force {force} and torque {torque} refused: it is not finite")
     try:
-        return meaning(force, torque)
+        return meaning(*limit(force, torque))
     except ValueError as reason:
         raise RefusedError(NOT_FINITE, f"{what} with force {force} and torque {torque} refused: {reason}") from None
 
 
-def read_wrench(message: WrenchStamped, scene: Scene, what: str = "wrench") -> Wrench:
+def unlimited(force: Vector, torque: Vector) -> tuple[Vector, Vector]:
+    """Both as they are."""
+    return force, torque
+
+
+def read_wrench(message: WrenchStamped, scene: Scene, what: str = "wrench", limit: Limit = unlimited) -> Wrench:
     """The wrench that a command means, from the frame in its header; ``what`` it is called when it is refused.
 
     Raises RefusedError when it cannot be accepted.
     """
     f, t = message.wrench.force, message.wrench.torque
-    return make_wrench(meaning(message.header.frame_id, scene, what), (f.x, f.y, f.z), (t.x, t.y, t.z), what)
+    return make_wrench(meaning(message.header.frame_id, scene, what), (f.x, f.y, f.z), (t.x, t.y, t.z), what, limit)

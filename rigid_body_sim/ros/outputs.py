@@ -13,6 +13,7 @@ import numpy as np
 from geometry_msgs.msg import AccelStamped, PoseStamped, TransformStamped, TwistStamped, WrenchStamped
 from rclpy.event_handler import PublisherEventCallbacks, QoSPublisherMatchedInfo, UnsupportedEventTypeError
 from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.qos_overriding_options import QoSOverridingOptions
 
 from ..physics.body import Body
@@ -251,11 +252,15 @@ KINDS: dict[str, Callable[[Scene, Simulation], Output]] = {
 
 
 class Channel:
-    """The publisher of one output. ``listeners`` is how many subscriptions there are, as far as is known."""
+    """The publisher of one output. ``listeners`` is how many subscriptions there are, as far as is known.
 
-    def __init__(self, node: Node, output: Output):
+    With ``keep``, the latest message is kept for subscriptions yet to come, so there is always taken to be one.
+    """
+
+    def __init__(self, node: Node, output: Output, keep: bool):
         self.output = output
-        self.listeners = 0
+        self._keep = keep
+        self.listeners = int(keep)
         self._told = True
         self._publisher = self._create(node)
         self._writer, reason = cdr.writer(output.message, output.fields, output.stamp)
@@ -266,7 +271,9 @@ class Channel:
 
     def _create(self, node: Node) -> Any:
         overridable = QoSOverridingOptions.with_default_policies()
-        options = {"qos_profile": self.output.depth, "qos_overriding_options": overridable}
+        durability = DurabilityPolicy.TRANSIENT_LOCAL if self._keep else DurabilityPolicy.VOLATILE
+        profile = QoSProfile(depth=1 if self._keep else self.output.depth, durability=durability)
+        options = {"qos_profile": profile, "qos_overriding_options": overridable}
         kind, topic = type(self.output.message), self.output.topic
         try:
             events = PublisherEventCallbacks(matched=self._on_matched)
@@ -276,11 +283,12 @@ class Channel:
             return node.create_publisher(kind, topic, **options)
 
     def _on_matched(self, event: QoSPublisherMatchedInfo) -> None:
-        self.listeners = event.current_count
+        self.listeners = max(event.current_count, self._keep)
 
     def count_listeners(self) -> None:
         """Ask, where no event has told yet. Where none ever will there is always taken to be one."""
-        self.listeners = self._publisher.get_subscription_count() if self._told else 1
+        count = self._publisher.get_subscription_count() if self._told else 1
+        self.listeners = max(count, self._keep)
 
     def publish(self, stamp_ns: int, motion: Motion) -> None:
         """Send the output for this motion, stamped with this time [ns]."""
@@ -300,12 +308,18 @@ class Outputs:
         now = Motion(simulation)
         for entry in entries:
             entry.values(now)  # compiles what it needs now, not at the first listener
-        self.channels = [Channel(node, entry) for entry in entries]
+        self.channels = [Channel(node, entry, scene["lockstep"]) for entry in entries]
 
     def count_listeners(self) -> None:
         """Look who listens. Later the executor tells, by events."""
         for channel in self.channels:
             channel.count_listeners()
+
+    def tick(self, stamp_ns: int) -> None:
+        """Send the clock alone."""
+        for channel in self.channels:
+            if channel.listeners and not channel.output.fields:
+                channel.publish(stamp_ns, None)
 
     def publish(self, stamp_ns: int) -> None:
         """Send the present motion to everybody who listens, all with the same stamp [ns]."""

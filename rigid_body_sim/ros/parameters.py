@@ -1,5 +1,6 @@
 """The schema's parameters as ROS parameters of a node."""
 
+from collections.abc import Callable
 from typing import Any
 
 from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor, SetParametersResult
@@ -35,10 +36,65 @@ def declare(node: Node) -> Scene:
         if value == ():
             _declare_empty_array(node, name)
         else:
-            value = list(value) if isinstance(value, tuple) else value
-            node.declare_parameter(name, value, _descriptor(name), ignore_override=True)
-    node.add_on_set_parameters_callback(_refuse_sim_time)
+            node.declare_parameter(name, _plain(value), _descriptor(name), ignore_override=True)
     return scene
+
+
+class Changes:
+    """Lets dynamic parameters change while the node runs, all that are set together or none.
+
+    ``take(scene)`` gets the scene with the new values; it raises ValueError, and has done nothing, to refuse it. No
+    exception may leave a callback: it would end the node.
+    """
+
+    def __init__(self, node: Node, scene: Scene, take: Callable[[Scene], None]):
+        self._scene, self._take = scene, take
+        node.add_pre_set_parameters_callback(self._complete)
+        node.add_on_set_parameters_callback(self._set)
+
+    def _complete(self, parameters: list[Parameter]) -> list[Parameter]:
+        """Whole numbers as floats where those are meant, and what follows from the new values beside them."""
+        self._asked = {parameter.name: parameter for parameter in map(_as_declared, parameters)}
+        try:
+            changed = self._changed().values
+        except ValueError:
+            return [*self._asked.values()]  # refused, with the reason, once rclpy has looked at names and types
+        old = self._scene.values
+        also = [name for name, value in changed.items() if name not in self._asked and value != old.get(name)]
+        return [*self._asked.values(), *(Parameter(name, value=_plain(changed[name])) for name in also)]
+
+    def _set(self, _: list[Parameter]) -> SetParametersResult:
+        sim_time = self._asked.get("use_sim_time")
+        if sim_time is not None and sim_time.value:
+            return SetParametersResult(successful=False, reason=_USE_SIM_TIME)
+        try:
+            scene = self._changed()
+            self._take(scene)
+        except ValueError as reason:
+            return SetParametersResult(successful=False, reason=str(reason))
+        self._scene = scene
+        return SetParametersResult(successful=True)
+
+    def _changed(self) -> Scene:
+        named = {name: parameter.value for name, parameter in self._asked.items()}
+        return self._scene.changed({name: value for name, value in named.items() if not schema.belongs_to_ros(name)})
+
+
+def _as_declared(parameter: Parameter) -> Parameter:
+    """``2`` for a double is meant as 2.0; rclpy would refuse it."""
+    try:
+        wanted = schema.find(parameter.name).type
+    except ValueError:
+        return parameter
+    if wanted is float and parameter.type_ == Parameter.Type.INTEGER:
+        return Parameter(parameter.name, value=float(parameter.value))
+    if wanted is tuple and parameter.type_ == Parameter.Type.INTEGER_ARRAY:
+        return Parameter(parameter.name, value=[float(entry) for entry in parameter.value])
+    return parameter
+
+
+def _plain(value: Any) -> Any:
+    return list(value) if isinstance(value, tuple) else value
 
 
 def _declare_empty_array(node: Node, name: str) -> None:
@@ -86,14 +142,9 @@ def _descriptor(name: str) -> ParameterDescriptor:
     descriptor = ParameterDescriptor(
         description=f"{parameter.text}{f' [{parameter.unit}]' if parameter.unit else ''}",
         additional_constraints=parameter.rule,
-        read_only=True,
+        read_only=not parameter.dynamic,
     )
     if parameter.type is float and parameter.most is not None:
         low = parameter.least if parameter.least is not None else parameter.above
         descriptor.floating_point_range = [FloatingPointRange(from_value=low or 0.0, to_value=parameter.most)]
     return descriptor
-
-
-def _refuse_sim_time(parameters: list[Parameter]) -> SetParametersResult:
-    wanted = any(parameter.name == "use_sim_time" and parameter.value for parameter in parameters)
-    return SetParametersResult(successful=not wanted, reason=_USE_SIM_TIME if wanted else "")

@@ -13,11 +13,11 @@ class WrenchReader:
 
     What a frame means is worked out once for each name. Bytes that are not laid out as usual (another encoding, say)
     are left to ``deserialize_message``, as with an ordinary subscription, and so is the verdict on bad ones. ``what``
-    they carry is how messages about refusals call it.
+    they carry is how messages about refusals call it; ``limit`` is applied to each force and torque.
     """
 
-    def __init__(self, scene: Scene, what: str = "wrench"):
-        self._scene, self._what = scene, what
+    def __init__(self, scene: Scene, what: str = "wrench", limit: messages.Limit = messages.unlimited):
+        self._scene, self._what, self._limit = scene, what, limit
         self._meanings: dict[bytes, messages.Meaning] = {}  # by the bytes of a known frame: a few, whatever is sent
 
     def read(self, data: bytes) -> Wrench:
@@ -35,7 +35,7 @@ class WrenchReader:
             except UnicodeDecodeError:
                 return self._read_slowly(data)
             meaning = self._meanings[frame] = messages.meaning(frame_id, self._scene, self._what)
-        return messages.make_wrench(meaning, numbers[:3], numbers[3:], self._what)
+        return messages.make_wrench(meaning, numbers[:3], numbers[3:], self._what, self._limit)
 
     def _read_slowly(self, data: bytes) -> Wrench:
         try:
@@ -46,4 +46,4 @@ class WrenchReader:
                 f"{self._what} of {len(data)} bytes refused: they are not a serialised geometry_msgs/WrenchStamped; "
                 "send one with the message definition of this ROS version",
             ) from None
-        return messages.read_wrench(message, self._scene, self._what)
+        return messages.read_wrench(message, self._scene, self._what, self._limit)

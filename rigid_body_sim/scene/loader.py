@@ -50,12 +50,20 @@ class Scene:
     """
 
     def __init__(self, given: Mapping[str, Any] | None = None, folder: str | os.PathLike[str] = ""):
-        self.values = schema.read(given or {})
-        self.values.update(mass_source.resolve(self.values, given or {}, folder))
+        self._given, self._folder = dict(given or {}), folder
+        self.values = schema.read(self._given)
+        self.values.update(mass_source.resolve(self.values, self._given, folder))
         self.steps_per_publish = self._steps_per_publish()
         self.frames = self._frames()
         self.body()
         self.initial_state()
+
+    def changed(self, changes: Mapping[str, Any]) -> "Scene":
+        """The scene with other values for some parameters; what followed from others follows from them anew.
+
+        Raises ValueError as the constructor does.
+        """
+        return Scene({**self._given, **changes}, self._folder)
 
     def __getitem__(self, name: str) -> Any:
         return self.values[name]

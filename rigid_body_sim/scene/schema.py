@@ -13,7 +13,7 @@ from typing import Any
 from ..physics.shapes import SHAPES
 
 NAMES = tuple[str, ...]
-TYPES = {bool: "bool", float: "double", str: "string", tuple: "double array", NAMES: "string array"}
+TYPES = {bool: "bool", int: "integer", float: "double", str: "string", tuple: "double array", NAMES: "string array"}
 OUTPUTS = ("odom", "accel", "imu", "wrench_applied", "marker", "tf", "clock")
 
 
@@ -21,7 +21,8 @@ OUTPUTS = ("odom", "accel", "imu", "wrench_applied", "marker", "tf", "clock")
 class Parameter:
     """One parameter. ``<name>`` stands for a name of the user's.
 
-    ``type`` is bool, float, str, tuple (of floats) or NAMES (any of ``choices``, none of them twice).
+    ``type`` is bool, int, float, str, tuple (of floats) or NAMES (any of ``choices``, none of them twice). A
+    ``dynamic`` one may be set while the node runs, and acts from the next step on.
     """
 
     name: str
@@ -35,6 +36,7 @@ class Parameter:
     length: int | None = None
     choices: tuple[str, ...] = ()
     optional: bool = False  # a text or array may be empty, which means that it is not used
+    dynamic: bool = False
     required: bool = False  # of a group: it must be given, and the default is an example for messages
 
     def read(self, name: str, value: Any) -> Any:
@@ -50,22 +52,22 @@ class Parameter:
     def rule(self) -> str:
         """The values allowed, in words; empty when any value of the type is."""
         if self.type == NAMES:
-            return "any of " + ", ".join(self.choices)
+            return "any of " + ", ".join(self.choices) if self.choices else "names, none twice"
         if self.choices:
             return ("empty or " if self.optional else "") + "one of " + ", ".join(self.choices)
-        if self.type not in (float, tuple):
+        if self.type not in (int, float, tuple):
             return ""
         bounds = [(self.above, "greater than"), (self.least, "at least"), (self.most, "at most")]
         within = [f"{word} {bound:g}" for bound, word in bounds if bound is not None]
-        if self.type is float:
-            return " and ".join(["finite", *within])
+        if self.type is not tuple:
+            return " and ".join([*(["finite"] if self.type is float else []), *within])
         numbers = f"{self.length} finite numbers" if self.length else "finite numbers"
         return f"{numbers}, each {' and '.join(within)}" if within else numbers
 
     def _convert(self, value: Any) -> Any:
         if self.type == NAMES:
             if isinstance(value, str) or not isinstance(value, Iterable):
-                raise ValueError(f"is not an array; give names such as {list(self.choices[:2])}")
+                raise ValueError(f"is not an array; give names such as {list(self.choices[:2] or self.default)}")
             return tuple(value)
         if self.type is tuple:
             if isinstance(value, str) or not isinstance(value, Iterable):
@@ -73,7 +75,7 @@ class Parameter:
             return tuple(_number(entry, self._example) for entry in value)
         if self.type is float:
             return _number(value, self.default)
-        if not isinstance(value, self.type):
+        if not isinstance(value, self.type) or (self.type is int and isinstance(value, bool)):
             raise ValueError(f"is not of type {TYPES[self.type]}; give a value such as {self._example!r}")
         return value
 
@@ -94,7 +96,7 @@ class Parameter:
             raise ValueError(f"is not allowed; give {self.rule}")
         if self.length and len(value) != self.length:
             raise ValueError(f"has {len(value)} entries; give {self.length}, such as {self._example}")
-        numbers = value if self.type is tuple else (value,) if self.type is float else ()
+        numbers = value if self.type is tuple else (value,) if self.type in (int, float) else ()
         if not all(math.isfinite(number) for number in numbers):
             raise ValueError("is not finite; give finite numbers")
         in_range = all(
@@ -104,13 +106,15 @@ class Parameter:
             for number in numbers
         )
         if not in_range:
-            raise ValueError(f"is out of range; give {'a number that is ' * (self.type is float)}{self.rule}")
+            raise ValueError(f"is out of range; give {'a number that is ' * (self.type is not tuple)}{self.rule}")
         if self.type is str and not value.strip():
             raise ValueError(f"is empty; give a name such as {self.default!r}")
 
     def _check_names(self, names: tuple[Any, ...]) -> None:
+        if not names and self.default:
+            raise ValueError(f"is empty; give at least one name, such as {list(self.default)}")
         for name in names:
-            if name not in self.choices:
+            if name not in self.choices if self.choices else not (isinstance(name, str) and name.strip()):
                 raise ValueError(f"{name!r} is not allowed; give {self.rule}")
             if names.count(name) > 1:
                 raise ValueError(f"{name!r} is given twice; give it once")
@@ -129,12 +133,42 @@ TABLE: tuple[Parameter, ...] = (
         "Hz",
         least=0.0,
     ),
+    Parameter(
+        "real_time_factor",
+        float,
+        1.0,
+        "Simulated seconds a second of wall time; 0 = as fast as possible.",
+        least=0.0,
+        most=1e6,
+        dynamic=True,
+    ),
+    Parameter("lockstep", bool, False, "Each message on the first of wrench.topics advances the simulation, no clock."),
+    Parameter("steps_per_command", int, 1, "Steps by which such a message advances it.", least=1, most=1_000_000),
     Parameter("start_paused", bool, False, "Wait for ~/pause or ~/step before the first step."),
     Parameter(
         "reset_time", bool, False, "~/reset also sets simulated time back; stamps then jump back, which tf dislikes."
     ),
     Parameter("world_frame_id", str, "world", "Name of the world frame in headers."),
     Parameter("twist_frame", str, "body", "Axes in which twist and accel are expressed.", choices=("body", "world")),
+    Parameter("wrench.topics", NAMES, ("wrench",), "Topics with commands; each is held on its own, and they add up."),
+    Parameter(
+        "wrench.max_force",
+        float,
+        0.0,
+        "A command with a larger force is scaled down to it, its direction kept; 0 = no limit.",
+        "N",
+        least=0.0,
+        dynamic=True,
+    ),
+    Parameter(
+        "wrench.max_torque",
+        float,
+        0.0,
+        "A command with a larger torque is scaled down to it, its direction kept; 0 = no limit.",
+        "N m",
+        least=0.0,
+        dynamic=True,
+    ),
     Parameter(
         "wrench.timeout",
         float,
@@ -146,7 +180,7 @@ TABLE: tuple[Parameter, ...] = (
     ),
     Parameter("wrench.frame", str, "body", "Frame of commands whose frame_id is empty.", choices=("body", "world")),
     Parameter("body.frame_id", str, "base_link", "Name of the body frame in headers."),
-    Parameter("body.mass", float, 1.0, "Mass.", "kg", above=0.0),
+    Parameter("body.mass", float, 1.0, "Mass.", "kg", above=0.0, dynamic=True),
     Parameter(
         "body.inertia",
         tuple,
@@ -154,6 +188,7 @@ TABLE: tuple[Parameter, ...] = (
         "ixx, iyy, izz, ixy, ixz, iyz as in URDF: about the centre of mass, body axes.",
         "kg m²",
         length=6,
+        dynamic=True,
     ),
     Parameter(
         "body.center_of_mass", tuple, _ZERO, "Centre of mass from the body frame's origin, body axes.", "m", length=3
@@ -196,7 +231,7 @@ TABLE: tuple[Parameter, ...] = (
         "initial.linear_velocity", tuple, _ZERO, "Velocity of the body frame's origin, world axes.", "m/s", length=3
     ),
     Parameter("initial.angular_velocity", tuple, _ZERO, "Angular velocity, body axes.", "rad/s", length=3),
-    Parameter("gravity", tuple, _ZERO, "Acceleration of free fall, world axes.", "m/s²", length=3),
+    Parameter("gravity", tuple, _ZERO, "Acceleration of free fall, world axes.", "m/s²", length=3, dynamic=True),
     Parameter(
         "drag.linear",
         tuple,
@@ -205,6 +240,7 @@ TABLE: tuple[Parameter, ...] = (
         "N s/m",
         least=0.0,
         length=3,
+        dynamic=True,
     ),
     Parameter(
         "drag.quadratic",
@@ -214,6 +250,7 @@ TABLE: tuple[Parameter, ...] = (
         "N s²/m²",
         least=0.0,
         length=3,
+        dynamic=True,
     ),
     Parameter(
         "drag.angular_linear",
@@ -223,6 +260,7 @@ TABLE: tuple[Parameter, ...] = (
         "N m s/rad",
         least=0.0,
         length=3,
+        dynamic=True,
     ),
     Parameter(
         "drag.angular_quadratic",
@@ -232,6 +270,7 @@ TABLE: tuple[Parameter, ...] = (
         "N m s²/rad²",
         least=0.0,
         length=3,
+        dynamic=True,
     ),
     Parameter(
         "tethers.<name>.body_point",

@@ -326,7 +326,7 @@ def test_wrench_that_an_integrator_cannot_be_given_is_refused_and_changes_nothin
     with pytest.raises(ValueError, match=f"^integrator '{integrator}' knows only .* {named} use force_world alone, or"):
         sim.set_wrench(wrench)
     with pytest.raises(ValueError, match="knows only"):
-        sim.restore(dataclasses.replace(before, wrench=wrench))
+        sim.restore(dataclasses.replace(before, sources=(("", wrench, None),)))
     assert sim.save() == before
     assert sim.wrench == FORCE
 
@@ -355,7 +355,7 @@ def test_low_order_parts_belong_to_what_is_saved():
     assert sum(part != 0.0 for part in saved.state[LOW:]) > 6  # measured 12 of 13
     sim.step(63)
     rounded = simulate("taylor", EVERYTHING, steps=0)
-    rounded.restore(type(saved)(saved.steps, saved.state[:LOW] + (0.0,) * 13, saved.wrench, saved.expiry))
+    rounded.restore(dataclasses.replace(saved, state=saved.state[:LOW] + (0.0,) * 13))
     rounded.step(63)
     assert rounded.save().state[:LOW] != sim.save().state[:LOW]
 

@@ -1,0 +1,144 @@
+"""What the node listens to: wrench commands from one or several sources, impulses, and states set from outside."""
+
+import math
+import time
+from collections import Counter
+from collections.abc import Callable
+
+from geometry_msgs.msg import PoseStamped, TwistStamped, WrenchStamped
+from rclpy.node import Node
+from rclpy.qos_overriding_options import QoSOverridingOptions
+
+from ..physics import rotation
+from ..physics.state import State
+from ..scene.loader import Scene
+from . import messages
+from .loop import Loop
+from .messages import RefusedError
+from .wrench_reader import WrenchReader
+
+QUEUE = 10
+WARN_EVERY = 5.0  # s between two warnings of the same kind
+
+
+class Inputs:
+    """The node's subscriptions. What cannot be accepted is counted, warned about, and changes nothing.
+
+    ``ages`` gives the simulated time since each source's latest command; ``limited`` counts those scaled down.
+    """
+
+    def __init__(self, node: Node, scene: Scene, loop: Loop):
+        self._scene, self._loop, self._simulation = scene, loop, loop.simulation
+        self._log = node.get_logger()
+        self._warned: dict[str, float] = {}
+        self.refused = Counter(dict.fromkeys(messages.REFUSALS, 0))
+        self.limited = 0
+        self._hold = scene["wrench.timeout"] or None
+        self._topics = scene["wrench.topics"]
+        self._steps: dict[str, int] = {}
+        self._wrench_reader = WrenchReader(scene, limit=self._limit)
+        self._impulse_reader = WrenchReader(scene, "impulse")
+        self.set_limits(scene)
+        for topic in self._topics:
+            self._subscribe(node, WrenchStamped, topic, self._wrench_callback(topic), raw=True)
+        self._subscribe(node, WrenchStamped, "impulse", self._guarded(self._on_impulse), raw=True)
+        self._subscribe(node, PoseStamped, "set_pose", self._guarded(self._on_set_pose))
+        self._subscribe(node, TwistStamped, "set_twist", self._guarded(self._on_set_twist))
+
+    def set_limits(self, scene: Scene) -> None:
+        """Take ``wrench.max_force`` and ``wrench.max_torque`` from here on."""
+        self._most_force, self._most_torque = (scene[f"wrench.max_{what}"] or math.inf for what in ("force", "torque"))
+
+    @property
+    def ages(self) -> dict[str, float | None]:
+        """Topic, and simulated time [s] since its latest accepted command; None when there was none."""
+        now, rate = self._simulation.steps, self._simulation.rate
+        return {t: (now - self._steps[t]) / rate if t in self._steps else None for t in self._topics}
+
+    def forget(self) -> None:
+        """After a reset there was no command yet."""
+        self._steps.clear()
+
+    @staticmethod
+    def _subscribe(node: Node, kind: type, topic: str, callback: Callable, **options: bool) -> None:
+        overridable = QoSOverridingOptions.with_default_policies()
+        node.create_subscription(kind, topic, callback, QUEUE, qos_overriding_options=overridable, **options)
+
+    def _wrench_callback(self, topic: str) -> Callable[[bytes], None]:
+        """What to do with a command on ``topic``; in lockstep, one on the first topic advances the simulation."""
+        leads = topic == self._topics[0]
+
+        def on_wrench(data: bytes) -> None:
+            wrench = self._wrench_reader.read(data)
+            try:
+                self._simulation.set_wrench(wrench, self._hold, topic)
+            except ValueError as reason:
+                raise RefusedError(messages.NOT_FOR_INTEGRATOR, str(reason)) from None
+            self._steps[topic] = self._simulation.steps
+            if leads:
+                self._loop.on_command()
+
+        return self._guarded(on_wrench)
+
+    def _limit(self, force: messages.Vector, torque: messages.Vector) -> tuple[messages.Vector, messages.Vector]:
+        """Both as sent, or scaled down to the limits."""
+        if math.hypot(*force) <= self._most_force and math.hypot(*torque) <= self._most_torque:
+            return force, torque
+        self.limited += 1
+        return messages.scaled_down(force, self._most_force), messages.scaled_down(torque, self._most_torque)
+
+    def _on_impulse(self, data: bytes) -> None:
+        self._need_a_running_simulation("impulse")
+        impulse = self._impulse_reader.read(data)
+        try:
+            self._simulation.apply_impulse(impulse)
+        except ValueError as reason:
+            raise RefusedError(messages.NOT_FINITE, str(reason)) from None
+        self._loop.on_changed_state()
+
+    def _on_set_pose(self, message: PoseStamped) -> None:
+        """The body is put there; its velocities, in world axes, stay."""
+        self._need_a_running_simulation("set_pose")
+        messages.check_frame("set_pose", message.header.frame_id, {self._scene["world_frame_id"]})
+        p, q, now = message.pose.position, message.pose.orientation, self._simulation.state
+        w_world = rotation.rotate(now.orientation, now.angular_velocity)
+        with messages.refusing("set_pose"):
+            orientation = rotation.normalize((q.w, q.x, q.y, q.z))
+            state = State((p.x, p.y, p.z), orientation, now.velocity, rotation.rotate_back(orientation, w_world))
+            self._simulation.set_state(state)
+        self._loop.on_changed_state()
+
+    def _on_set_twist(self, message: TwistStamped) -> None:
+        """The body's origin gets that velocity, in the axes that the header names; its pose stays."""
+        self._need_a_running_simulation("set_twist")
+        body, world = self._scene["body.frame_id"], self._scene["world_frame_id"]
+        usual = body if self._scene["twist_frame"] == "body" else world
+        frame = messages.check_frame("set_twist", message.header.frame_id, {body, world}) or usual
+        v, w, now = message.twist.linear, message.twist.angular, self._simulation.state
+        velocity, w_body = (v.x, v.y, v.z), (w.x, w.y, w.z)
+        with messages.refusing("set_twist"):
+            if frame == body:
+                velocity = rotation.rotate(now.orientation, velocity)
+            else:
+                w_body = rotation.rotate_back(now.orientation, w_body)
+            self._simulation.set_state(State(now.position, now.orientation, velocity, w_body))
+        self._loop.on_changed_state()
+
+    def _need_a_running_simulation(self, what: str) -> None:
+        if self._loop.failure:
+            raise RefusedError(messages.STOPPED, f"{what} refused: the simulation has stopped; ~/reset starts afresh")
+
+    def _guarded(self, callback: Callable) -> Callable:
+        """``callback``, with refusals counted, and logged each reason at most once in WARN_EVERY seconds."""
+
+        def guarded(message: object) -> None:
+            try:
+                callback(message)
+            except RefusedError as refusal:
+                self.refused[refusal.reason] += 1
+                now = time.monotonic()
+                if now - self._warned.get(refusal.reason, -WARN_EVERY) >= WARN_EVERY:
+                    self._warned[refusal.reason] = now
+                    self._log.warning(str(refusal))
+
+        return guarded
