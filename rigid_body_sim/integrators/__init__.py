@@ -1,6 +1,6 @@
 """How time advances: one file per integrator, and the registry that names them."""
 
-from . import exact, matrix_euler, rk4, rkmk4, rosenbrock, semi_implicit_euler, splitting, taylor
+from . import dop853, exact, matrix_euler, rk4, rkmk4, rosenbrock, semi_implicit_euler, splitting, taylor
 from .base import Integrator
 
 _ALL = (
@@ -11,6 +11,7 @@ _ALL = (
     splitting.INTEGRATOR,
     splitting.INTEGRATOR4,
     semi_implicit_euler.INTEGRATOR,
+    dop853.INTEGRATOR,
     rosenbrock.INTEGRATOR,
     matrix_euler.INTEGRATOR,
 )

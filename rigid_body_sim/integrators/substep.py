@@ -17,9 +17,12 @@ UNKNOWNS = 12
 LARGEST_TURN = 1.0  # rad in one sub-step: beyond it the rotation vector is a poor coordinate
 TOO_FAR = 16.0  # the error of a sub-step that turns further than that, at least
 SLOWEST = 1e-3  # 1/s: motions slower than this (times the radius of gyration) count as rest when errors are weighed
-# The errors of sub-steps add up, so each may make its share of what the step may; but no less than this, because what
-# is so fast that it needs shorter sub-steps than that is mostly damped away with its errors.
+# The errors of sub-steps add up, so each may make its share of what the step may; but no less than this: thousands of
+# sub-steps follow something that oscillates, whose errors cancel in part.
 SMALLEST_SHARE = 1e-3
+# Times the step: a sub-step so short is taken whatever its error. There a tether begins or ends to pull, and no
+# smaller one would be smoother.
+SHORTEST = 1e-13
 ROUND_OFF = 2.0**-50  # a few units in the last place
 
 
@@ -68,15 +71,21 @@ def usable(work, z):
 
 
 @kernel
-def weighed(state, model, work, z, e, share, h):
+def radius_of_gyration(model):
+    """√((I_x + I_y + I_z) / 2m) [m]: the length that a body has of its own."""
+    return math.sqrt((model[MOMENTS] + model[MOMENTS + 1] + model[MOMENTS + 2]) / (2.0 * model[MASS]))
+
+
+@kernel
+def weighed(state, model, work, z, e, share, noise_rate):
     """The error work[e:e + 12] of the increments work[z:z + 12] as a multiple of the tolerance, ``share`` of rtol.
 
     Lengths are weighed against the radius of gyration, angles against 1 rad, momenta against the larger of the present
-    one, the one after the sub-step, and what SLOWEST amounts to. To the tolerance comes what round-off does to the
-    position and to the attitude, and to the momenta if those move by as much in a step h.
+    one, the one after the sub-step, and what SLOWEST amounts to. To the tolerance comes what round-off does to position
+    and attitude, and ``noise_rate`` [1/s] times as much to the velocities: far from the origin the force of a stiff
+    tether is noise, which no shorter sub-step takes away.
     """
-    m = model[MASS]
-    radius = math.sqrt((model[MOMENTS] + model[MOMENTS + 1] + model[MOMENTS + 2]) / (2.0 * m))
+    m, radius = model[MASS], radius_of_gyration(model)
     momentum, spin, far, turn = 0.0, 0.0, radius, 0.0
     for i in range(3):
         far = max(far, abs(state[X + i]))
@@ -84,7 +93,7 @@ def weighed(state, model, work, z, e, share, h):
         spin = max(spin, abs(state[L + i]), abs(state[L + i] + work[z + 9 + i]))
         turn = max(turn, abs(work[z + 3 + i]))
     tolerance, noise = share * model[RTOL], ROUND_OFF * far
-    size = tolerance * (momentum + spin / radius + m * radius * SLOWEST) + noise * m / h
+    size = tolerance * (momentum + spin / radius + m * radius * SLOWEST) + m * noise * noise_rate
     worst = 0.0
     for i in range(3):
         worst = max(
@@ -95,11 +104,11 @@ def weighed(state, model, work, z, e, share, h):
 
 
 @kernel
-def next_size(trial, error, order):
-    """Size of the sub-step to try after one of size ``trial`` whose weighed error was ``error``."""
+def next_size(trial, error, order, most):
+    """Size of the sub-step to try after one of size ``trial`` with that weighed error: at most ``most`` times it."""
     if not error < math.inf:
         return 0.1 * trial
-    return trial * min(5.0, max(0.1, 0.9 * max(error, 1e-8) ** (-1.0 / order)))
+    return trial * min(most, max(0.1, 0.9 * max(error, 1e-8) ** (-1.0 / order)))
 
 
 @kernel

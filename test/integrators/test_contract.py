@@ -52,6 +52,11 @@ over_all_with_an_order = over(WRENCHES, lambda integrator: integrator.order is n
 over_all_without_order = over(WRENCHES, lambda integrator: integrator.order is None)
 
 
+def coarse_rate(integrator):
+    """A rate [Hz] at which the error of the method stands out of round-off: low for those of high order."""
+    return 100.0 if REGISTRY[integrator].order in (None, 1, 2, 4) else 4.0
+
+
 def hardest(integrator):
     """The wrench with the most in it that an integrator can be given."""
     return FORCE if REGISTRY[integrator].refusal(EVERYTHING) else EVERYTHING
@@ -136,7 +141,7 @@ SPINNING = State(orientation=(0.5, -0.1, 0.7, 0.5), angular_velocity=(0.8, -0.6,
 @over_all_integrators
 def test_torque_free_symmetric_body_follows_its_closed_form(integrator):
     errors = []
-    for rate in (50.0, 100.0):
+    for rate in (0.5 * coarse_rate(integrator), coarse_rate(integrator)):
         end = simulate(integrator, body=TOP, state=SPINNING, rate=rate, steps=round(5 * rate)).state
         errors.append(attitude_error(end, symmetric_top(5.0)))
         rates = np.linalg.norm(end.angular_velocity - symmetric_top(5.0).angular_velocity)
@@ -159,7 +164,8 @@ def assert_order(p, errors):
 @over_all_with_an_order
 def test_error_falls_with_the_step_as_the_order_says(integrator, wrench):
     exact = simulate("taylor", wrench, rate=100.0, steps=200).state
-    ends = [simulate(integrator, wrench, rate=rate, steps=round(2 * rate)).state for rate in (100.0, 200.0)]
+    rates = (coarse_rate(integrator), 2 * coarse_rate(integrator))
+    ends = [simulate(integrator, wrench, rate=rate, steps=round(2 * rate)).state for rate in rates]
     assert_order(get(integrator).order, [attitude_error(end, exact) for end in ends])
     assert_order(get(integrator).order, [np.linalg.norm(end.position - exact.position) for end in ends])
 
@@ -183,9 +189,10 @@ def test_exact_integrators_agree(integrator, wrench):
 
 def way_back(integrator, wrench):
     """How far [m, rad] a simulation ends from its start after 2 s forwards and 2 s with all momenta turned round."""
-    end = simulate(integrator, wrench, steps=200).state
+    rate = coarse_rate(integrator)
+    end = simulate(integrator, wrench, rate=rate, steps=round(2 * rate)).state
     turned_round = State(end.position, end.orientation, -end.velocity, -end.angular_velocity)
-    back = simulate(integrator, wrench, steps=200, state=turned_round).state
+    back = simulate(integrator, wrench, rate=rate, steps=round(2 * rate), state=turned_round).state
     return max(np.linalg.norm(back.position - STATE.position), attitude_error(back, STATE))
 
 
@@ -371,13 +378,14 @@ def test_momenta_are_constant_to_the_bit_without_wrench(integrator):
 # Tumbling about the middle axis -----------------------------------------------------------------------------------
 
 TUMBLING = Body(2.0, (0.1, 0.2, 0.3))
-ENERGY_DRIFT = {  # relative; measured 7.8e-16, 7.8e-16, 2.0e-9, 1.3e-9, 2.4e-8 and 6.0e-12
+ENERGY_DRIFT = {  # relative; measured 7.8e-16, 7.8e-16, 2.0e-9, 1.3e-9, 2.4e-8, 6.0e-12 and 1.1e-15
     "taylor": 2e-15,
     "exact": 2e-15,
     "rk4": 1e-8,
     "rkmk4": 1e-8,
     "splitting": 1e-6,
     "splitting4": 1e-10,
+    "dop853": 1e-13,
 }
 PERIODS = 7  # flips within 50 s
 
