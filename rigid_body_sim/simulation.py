@@ -280,6 +280,7 @@ class Simulation:
         spin, speed = math.hypot(*state.angular_velocity), math.hypot(*state.velocity)  # norms that cannot overflow
         return (
             f"step {self.steps + 1} cannot be done: the state would not be finite, would turn by more than about "
-            f"1e5 rad in one step, or drag or a tether is too stiff or rings too fast for the integrator's tolerance; the last good state is kept (spin {spin:.3g} rad/s, speed {speed:.3g} m/s, "
+            "1e5 rad in one step, or drag or a tether is too stiff or rings too fast for the integrator and its rtol; "
+            f"the last good state is kept (spin {spin:.3g} rad/s, speed {speed:.3g} m/s, "
             f"held {self._wrench!r}); use a smaller wrench or a higher rate"
         )
