@@ -22,6 +22,8 @@ test: $(READY) ## run all tests, then those marked no_numba again without numba
 
 bench: $(READY) ## measure what a step costs
 	@$(VENV)/bin/python -m rigid_body_sim.report.step_cost
+	@$(VENV)/bin/python -m rigid_body_sim.report.plan_cost
+	@$(VENV)/bin/python -m rigid_body_sim.report.stiff_cost
 
 docs: $(READY) ## write the tables in docs/ anew from the code
 	@$(VENV)/bin/python -m rigid_body_sim.tools.doc_tables

@@ -442,17 +442,26 @@ class Simulation:
     def _why_stopped(self) -> str:
         state = self.state
         spin, speed = math.hypot(*state.angular_velocity), math.hypot(*state.velocity)  # norms that cannot overflow
-        angle, cause = spin * self._h, "would turn by more than about 1e5 rad in one step"
-        if self._origin_steps is not None:
-            angle *= self.steps + 1 - self._origin_steps
-            cause = "would have turned by more than about 1e15 rad, with no digit left, since the wrench last changed"
-        if angle < (
-            5e4 if self._origin_steps is None else 5e14
-        ):  # then it is not the spin; a torque may still be the cause
-            values, points = self._wrench.values, self._wrench.points
-            turned = points or any(values[:6]) or any(values[9:])
-            cause = f"would not be finite, or {cause}" if turned else "would not be finite"
         return (
-            f"step {self.steps + 1} cannot be done: the state {cause}; the last good state is kept (spin {spin:.3g} "
-            f"rad/s, speed {speed:.3g} m/s, held {self._wrench!r}); use a smaller wrench or a higher rate"
+            f"step {self.steps + 1} cannot be done: the state {self._cause_of_stop(spin)}; the last good state is kept "
+            f"(spin {spin:.3g} rad/s, speed {speed:.3g} m/s, held {self._wrench!r}); use a smaller wrench"
+            f"{', a looser rtol' if self.integrator.adaptive else ''} or a higher rate"
         )
+
+    def _cause_of_stop(self, spin: float) -> str:
+        """What is known about why a step cannot be done, from the state that was kept."""
+        angle, limit, cause = spin * self._h, 5e4, "would turn by more than about 1e5 rad in one step"
+        if self._origin_steps is not None:
+            angle, limit = angle * (self.steps + 1 - self._origin_steps), 5e14
+            cause = "would have turned by more than about 1e15 rad, with no digit left, since the wrench last changed"
+        if angle >= limit:
+            return cause
+        # It is not the spin, then; a torque may still be the cause.
+        causes = ["would not be finite"]
+        if self._terms.turned_by(self._wrench) or self._terms.tethers:
+            causes.append(cause)
+        if self._terms.resisted:
+            causes.append(
+                "is driven by drag or a tether too stiff, or ringing too fast, for the integrator and its rtol"
+            )
+        return ", or ".join(causes)

@@ -12,12 +12,14 @@ from ..physics.compiled import kernel, table
 from ..physics.forces import reduce_wrench
 from ..physics.state import LOW, SIZE, copy, is_finite
 from .base import Integrator
-from .substep import SMALLEST_SHARE, UNKNOWNS, accept, next_size, slope, usable, weighed
+from .substep import SHORTEST, SMALLEST_SHARE, UNKNOWNS, accept, next_size, slope, usable, weighed
 
 ORDER = 8
 STAGES = 12
 MOST_SUBSTEPS = 100_000  # some tenths of a second of work in one step; more than that is refused
-ENOUGH_TO_TELL = 100  # sub-steps after which their size says how many will be needed: stiffness is noticed early
+FASTEST_GROWTH = 5.0  # of sub-steps
+SLOW_GROWTH = 1.5  # once one was refused in a step: where stability limits the size, the error does not tell how far
+ENOUGH_TO_TELL = 1000  # sub-steps after which their mean size says how many will be needed
 
 # Rows are stages 2 to 12: weights of the slopes before.
 A = (
@@ -151,7 +153,7 @@ def steps(state, model, work, h, n):
 @kernel
 def _step(state, model, work, h):
     """One step in sub-steps that each keep the estimated error below their share; False when it cannot be done."""
-    left, trial = h, h
+    left, trial, growth = h, h, FASTEST_GROWTH
     _first_slope(state, model, work)
     for tried in range(MOST_SUBSTEPS):
         if trial >= left * (1.0 - 1e-12):
@@ -159,14 +161,16 @@ def _step(state, model, work, h):
         error = math.inf
         if _stages(state, model, work, trial):
             error = _error(state, model, work, trial, max(trial / h, SMALLEST_SHARE))
-        if error <= 1.0:
+        if error <= 1.0 or (error < math.inf and trial <= SHORTEST * h):
             accept(state, work, _Z)
             left -= trial
             if left <= 0.0:
                 return is_finite(state)
             _first_slope(state, model, work)
-        trial = next_size(trial, error, ORDER)
-        if not trial > 1e-14 * h or (tried > ENOUGH_TO_TELL and left > MOST_SUBSTEPS * trial):
+        else:
+            growth = SLOW_GROWTH
+        trial = next_size(trial, error, ORDER, growth)
+        if trial < 0.1 * SHORTEST * h or (tried > ENOUGH_TO_TELL and (h - left) * MOST_SUBSTEPS < h * tried):
             return False
     return False
 

@@ -10,16 +10,20 @@ those unknowns are eliminated by hand, and what is factorised is the matrix 6 x 
 import math
 
 from ..physics.compiled import kernel, table
-from ..physics.forces import MASS, MOMENTS, reduce_wrench
-from ..physics.motion import jacobian
-from ..physics.rotation import cross
-from ..physics.state import LOW, SIZE, copy, is_finite
+from ..physics.forces import MASS, MOMENTS, N_TETHERS, TETHERS_AT, rates_principal, reduce_wrench
+from ..physics.motion import body_attitude, jacobian
+from ..physics.resistance import TETHER_SIZE, tether_direction
+from ..physics.rotation import cross, qrotate, qrotate_back
+from ..physics.state import LOW, SIZE, Q, X, copy, is_finite
 from .base import Integrator
-from .substep import SMALLEST_SHARE, UNKNOWNS, accept, next_size, radius_of_gyration, slope, usable, weighed
+from .substep import SHORTEST, SMALLEST_SHARE, UNKNOWNS, accept, next_size, radius_of_gyration, slope, usable, weighed
 
 ORDER = 4
 GAMMA = 0.25
+FASTEST_GROWTH = 90.0  # of sub-steps, and no slower than that: what is fast has soon died away
 _STAGES = 6
+DAMPED_SHARE = 0.1  # of rtol for a sub-step, at least, where nothing rings: most errors die away with what made them
+DIED_AWAY = 20.0  # e-foldings in a step after which a vibration is over: e⁻²⁰ is 2e-9
 MOST_SUBSTEPS = 1_000_000  # some seconds of work in one step; more than that is refused
 
 # Rows are stages 2 to 6: weights of the earlier stages in the argument (A) and on the right-hand side (C).
@@ -52,7 +56,8 @@ _MATRIX = _FED + 18  # 6 x 6, column by column, then its LU factors
 _PIVOT = _MATRIX + 36  # row exchanges, 6
 _U = _PIVOT + 6  # stages, 6 x 12
 _Z = _U + _STAGES * UNKNOWNS  # argument of a stage, 12
-_Y = _Z + UNKNOWNS  # its 13-number state
+_E = _Z + UNKNOWNS  # amplitudes of vibrations, 12
+_Y = _E + UNKNOWNS  # its 13-number state
 WORK_SIZE = _Y + LOW
 _LAST = _U + UNKNOWNS * (_STAGES - 1)
 
@@ -74,21 +79,22 @@ def _step(state, model, work, h):
     """One step in sub-steps that each keep the estimated error below their share; False when it cannot be done."""
     _linearise(state, model, work)
     left, trial = h, _first_size(state, model, work, h)
+    share = DAMPED_SHARE if trial == h else SMALLEST_SHARE
     for _ in range(MOST_SUBSTEPS):
         if trial >= left * (1.0 - 1e-12):
             trial = left
         error = math.inf
         if _stages(state, model, work, trial):
             noise_rate = min(_stiffness(model, work) * trial, 1.0 / trial)
-            error = weighed(state, model, work, _Z, _LAST, max(trial / h, SMALLEST_SHARE), noise_rate)
-        if error <= 1.0:
+            error = weighed(state, model, work, _Z, _LAST, max(trial / h, share), noise_rate)
+        if error <= 1.0 or (error < math.inf and trial <= SHORTEST * h):
             accept(state, work, _Z)
             left -= trial
             if left <= 0.0:
                 return is_finite(state)
             _linearise(state, model, work)
-        trial = next_size(trial, error, ORDER)
-        if not trial > 1e-14 * h:
+        trial = next_size(trial, error, ORDER, FASTEST_GROWTH)
+        if trial < 0.1 * SHORTEST * h:
             return False
     return False
 
@@ -118,23 +124,43 @@ def _stiffness(model, work):
 
 
 @kernel
+def _ringing(state, model, h):
+    """Largest ω [rad/s] of the tethers that vibrate fast in a step h and still do at its end; 0 when none does."""
+    qw, qx, qy, qz = state[Q], state[Q + 1], state[Q + 2], state[Q + 3]
+    bw, bx, by, bz = body_attitude(model, qw, qx, qy, qz)
+    fastest = 0.0
+    for i in range(int(model[N_TETHERS])):
+        k = int(model[TETHERS_AT]) + TETHER_SIZE * i
+        rx, ry, rz = qrotate(bw, bx, by, bz, model[k], model[k + 1], model[k + 2])
+        nx, ny, nz = tether_direction(model, k, state[X] + rx, state[X + 1] + ry, state[X + 2] + rz)
+        tx, ty, tz = cross(rx, ry, rz, nx, ny, nz)
+        wx, wy, wz = rates_principal(model, qw, qx, qy, qz, tx, ty, tz)
+        tx, ty, tz = qrotate_back(qw, qx, qy, qz, tx, ty, tz)
+        mobility = 1.0 / model[MASS] + tx * wx + ty * wy + tz * wz
+        if 0.5 * model[k + 8] * mobility * h < DIED_AWAY:
+            fastest = max(fastest, model[k + 7] * mobility)
+    fastest = math.sqrt(fastest)
+    return fastest if fastest * h > 10.0 else 0.0
+
+
+@kernel
 def _first_size(state, model, work, h):
-    """The whole step h, unless something vibrates fast in it: an L-stable method damps that away without an error.
+    """The whole step h, unless something rings in it: an L-stable method damps that away without an error to be seen.
 
     Momenta that vibrate at ω with the amplitude a have slopes up to a ω and second derivatives up to a ω². Where those
     say that a is above the tolerance, the first sub-step is short enough to see the vibration.
     """
-    fastest = math.sqrt(_stiffness(model, work))
-    if fastest * h <= 1.0:
+    fastest = _ringing(state, model, h)
+    if fastest == 0.0:
         return h
     for r in range(UNKNOWNS):
-        work[_U + r] = 0.0
+        work[_E + r] = 0.0
         if r >= 6:
             curvature = 0.0
             for c in range(UNKNOWNS):
                 curvature += work[_JACOBIAN + UNKNOWNS * r + c] * work[_SLOPE + c]
-            work[_U + r] = (abs(work[_SLOPE + r]) + abs(curvature) / fastest) / fastest
-    amplitude = weighed(state, model, work, _Z, _U, 1.0, 1.0 / h)
+            work[_E + r] = (abs(work[_SLOPE + r]) + abs(curvature) / fastest) / fastest
+    amplitude = weighed(state, model, work, _Z, _E, 1.0, 1.0 / h)
     return h if amplitude <= 1.0 else 0.5 / fastest
 
 
@@ -293,6 +319,6 @@ INTEGRATOR = Integrator(
     adaptive=True,
     text=(
         "RODAS, a Rosenbrock method of order 4(3): L-stable, with error control inside each step. For stiff drag and "
-        "tethers, which a Simulation takes and a scene does not name yet."
+        "tethers; what `auto` takes when they are stiff."
     ),
 )

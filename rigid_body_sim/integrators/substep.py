@@ -17,9 +17,12 @@ UNKNOWNS = 12
 LARGEST_TURN = 1.0  # rad in one sub-step: beyond it the rotation vector is a poor coordinate
 TOO_FAR = 16.0  # the error of a sub-step that turns further than that, at least
 SLOWEST = 1e-3  # 1/s: motions slower than this (times the radius of gyration) count as rest when errors are weighed
-# The errors of sub-steps add up, so each may make its share of what the step may; but no less than this, because what
-# is so fast that it needs shorter sub-steps than that is mostly damped away with its errors.
+# The errors of sub-steps add up, so each may make its share of what the step may; but no less than this: thousands of
+# sub-steps follow something that oscillates, whose errors cancel in part.
 SMALLEST_SHARE = 1e-3
+# Times the step: a sub-step so short is taken whatever its error. There a tether begins or ends to pull, and no
+# smaller one would be smoother.
+SHORTEST = 1e-13
 ROUND_OFF = 2.0**-50  # a few units in the last place
 
 
@@ -101,14 +104,11 @@ def weighed(state, model, work, z, e, share, noise_rate):
 
 
 @kernel
-def next_size(trial, error, order):
-    """Size of the sub-step to try after one of size ``trial`` whose weighed error was ``error``.
-
-    It grows by at most 90 (order 4) or 9 (order 8), so that what is fast is passed only once it has died away.
-    """
+def next_size(trial, error, order, most):
+    """Size of the sub-step to try after one of size ``trial`` with that weighed error: at most ``most`` times it."""
     if not error < math.inf:
         return 0.1 * trial
-    return trial * max(0.1, 0.9 * max(error, 1e-8) ** (-1.0 / order))
+    return trial * min(most, max(0.1, 0.9 * max(error, 1e-8) ** (-1.0 / order)))
 
 
 @kernel

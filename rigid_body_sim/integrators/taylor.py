@@ -330,6 +330,6 @@ INTEGRATOR = Integrator(
     reversible=True,
     text=(
         "Taylor series of the equations of motion with order and sub-steps chosen in each step, and compensated "
-        "summation. Exact to round-off at every rate for every wrench that is held between commands. The default."
+        "summation. Exact to round-off at every rate for every wrench that is held between commands."
     ),
 )

@@ -152,6 +152,16 @@ def add_drag_jacobian(model, d, qw, qx, qy, qz, vx, vy, vz, wx, wy, wz, out, o):
 
 
 @kernel
+def tether_direction(model, k, x, y, z):
+    """Unit vector from the anchor of the tether at ``model[k]`` to (x, y, z); zero where that is the anchor itself."""
+    nx, ny, nz = x - model[k + 3], y - model[k + 4], z - model[k + 5]
+    length = math.sqrt(nx * nx + ny * ny + nz * nz)
+    if length == 0.0:
+        return 0.0, 0.0, 0.0
+    return nx / length, ny / length, nz / length
+
+
+@kernel
 def tether_stretch(model, k, x, y, z, rx, ry, rz, vx, vy, vz, wx, wy, wz):
     """Unit vector from the anchor to the body point, length [m], tension [N] of the tether at ``model[k]``.
 

@@ -11,10 +11,9 @@ from dataclasses import dataclass
 from ..physics.terms import Terms
 from ..physics.wrench import Wrench
 
-# Fastest rate times the step above which the implicit method takes over. A step of dop853 and rosenbrock at rtol 1e-9
-# was measured to take, with linear drag, 2.3 and 2.9 µs at 3, 5.0 and 2.2 at 10, 43 and 2.1 at 100; with a swinging
-# tether, which has to be followed, 9.7 and 107 at 3, 32 and 312 at 10, 307 and 895 at 100.
-STIFF = 10.0
+# Fastest rate times the step above which the implicit method takes over. Measured, a step of dop853 and of rosenbrock
+# cost the same with drag near 5 to 10, and with a damped tether, as long as it swings and has to be followed, near 800.
+STIFF = 50.0
 
 
 @dataclass(frozen=True)

@@ -1,10 +1,12 @@
 """RODAS where it is needed: stiff drag, and error control to rtol."""
 
+import math
+
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from rigid_body_sim import Body, Drag, Simulation, SimulationError, State, Tether
+from rigid_body_sim import Body, Drag, Simulation, SimulationError, State, Tether, Wrench
 
 BALL = Body(2.0, (0.1, 0.1, 0.1))
 G = (0.0, 0.0, -9.80665)
@@ -66,3 +68,101 @@ def test_stiff_spin_down_agrees_with_radau():
         lambda _, w: -(1e3 + 50.0 * np.abs(w)) * w / 0.1, (0.0, 5e-4), [10.0], method="Radau", rtol=1e-12, atol=1e-14
     )
     assert sim.state.angular_velocity[0] == pytest.approx(reference.y[0, -1], rel=1e-8)
+
+
+# Extreme stiffness ------------------------------------------------------------------------------------------------
+
+RATE = 100.0
+STIFFNESS = [1.0, 1e2, 1e4, 1e6, 1e8]  # λ h
+
+
+@pytest.mark.parametrize("stiffness", STIFFNESS)
+@pytest.mark.parametrize("rtol", [1e-6, 1e-9])
+def test_linear_drag_follows_its_closed_form(stiffness, rtol):
+    """v = v_end + (v₀ − v_end) e^(−λt) and ω = ω_end + (ω₀ − ω_end) e^(−λt), weighed as the integrator weighs them."""
+    rate = stiffness * RATE
+    drag = Drag(linear=(2.0 * rate,) * 3, angular_linear=(0.1 * rate,) * 3)
+    state = State(velocity=(1.0, 0, 0), angular_velocity=(0, 0, 2.0))
+    sim = Simulation(BALL, state, rate=RATE, integrator="rosenbrock", drag=drag, rtol=rtol)
+    sim.set_wrench(Wrench(force_world=(rate, 0, 0), torque_world=(0, 0, 0.05 * rate)))
+    for steps in (1, 2, 7):
+        sim.step(steps)
+        decay = math.exp(-min(rate * sim.time, 700.0))
+        # measured: at most 0.07 rtol
+        assert sim.state.velocity[0] == pytest.approx(0.5 + 0.5 * decay, rel=0, abs=2 * rtol)
+        assert sim.state.angular_velocity[2] == pytest.approx(0.5 + 1.5 * decay, rel=0, abs=4 * rtol)
+
+
+@pytest.mark.parametrize("stiffness", STIFFNESS)
+@pytest.mark.parametrize("rtol", [1e-6, 1e-9])
+def test_quadratic_drag_follows_its_closed_form(stiffness, rtol):
+    """v = v₀ / (1 + λ t) with λ = c v₀ / m: the damping rate falls as the body slows."""
+    rate = stiffness * RATE
+    drag = Drag(quadratic=(2.0 * rate, 0, 0), angular_quadratic=(0.05 * rate, 0, 0))
+    state = State(velocity=(1.0, 0, 0), angular_velocity=(2.0, 0, 0))
+    sim = Simulation(BALL, state, rate=RATE, integrator="rosenbrock", drag=drag, rtol=rtol)
+    for _ in range(5):  # measured: at most 0.002 rtol
+        sim.step()
+        slowed = 1.0 / (1.0 + rate * sim.time)
+        assert sim.state.velocity[0] == pytest.approx(slowed, rel=0, abs=2 * rtol)
+        assert sim.state.angular_velocity[0] == pytest.approx(2.0 * slowed, rel=0, abs=4 * rtol)
+
+
+def hanging(frequency, ratio, rtol=1e-6, integrator="rosenbrock"):
+    """A ball that moves down at 1 m/s on a tether of ``frequency`` rad a step and that damping ratio, and ω."""
+    w = frequency * RATE
+    tether = Tether((0, 0, 0.2), (0, 0, 0), 1.0, 2.0 * w * w, 4.0 * ratio * w, slack=False)
+    state = State((0, 0, -1.2), velocity=(0, 0, -1.0))
+    return Simulation(BALL, state, rate=RATE, gravity=G, integrator=integrator, rtol=rtol, tethers=[tether]), w
+
+
+def bobbing(w, ratio, t):
+    """Height over the equilibrium [m] and velocity [m/s] of ``hanging`` after t [s], for a ratio below 1."""
+    x, v, turn = -G[2] / w**2, -1.0, w * math.sqrt(1.0 - ratio**2)
+    decay, c, s = math.exp(-ratio * w * t), math.cos(turn * t), math.sin(turn * t)
+    height = x * c + (v + ratio * w * x) / turn * s
+    return decay * height, decay * (v * c - (x * w * w + ratio * w * v) / turn * s)
+
+
+@pytest.mark.parametrize("ratio", [0.02, 0.5])
+@pytest.mark.parametrize("frequency", [1.0, 1e2, 1e4])
+def test_damped_tether_follows_its_closed_form_and_comes_to_rest(frequency, ratio):
+    sim, w = hanging(frequency, ratio)
+    rest = -1.2 + G[2] / w**2
+    for _ in range(3):
+        sim.step()
+        height, velocity = bobbing(w, ratio, sim.time)
+        assert sim.state.position[2] - rest == pytest.approx(height, rel=0, abs=1e-6)  # measured 9e-10
+        assert sim.state.velocity[2] == pytest.approx(velocity, rel=0, abs=4e-6)  # measured 1.9e-6 at 1e4
+    if frequency * ratio > 1.0:
+        sim.step(30)
+        assert sim.state.position[2] == pytest.approx(rest, rel=0, abs=1e-12)
+        assert abs(sim.state.velocity[2]) < 1e-9
+
+
+@pytest.mark.parametrize("frequency", [1.0, 1e2, 1e4])
+def test_undamped_tether_keeps_ringing(frequency):
+    """An L-stable method must not take the vibration away unseen; 1e4 rad a step take half a million sub-steps."""
+    sim, w = hanging(frequency, 0.0)
+    sim.step()
+    height, velocity = bobbing(w, 0.0, sim.time)
+    assert sim.state.position[2] - (-1.2 + G[2] / w**2) == pytest.approx(height, rel=0, abs=1e-6)
+    assert sim.state.velocity[2] == pytest.approx(velocity, rel=0, abs=1e-6)  # measured 8e-9, 5e-9, 3.3e-7
+
+
+@pytest.mark.parametrize(("damping", "frequency"), [(1e2, None), (1e6, None), (None, 1e2), (None, 1e4)])
+def test_explicit_method_of_fixed_step_explodes_on_each_of_them(damping, frequency):
+    sim = falling("rk4", 2.0 * RATE * damping) if damping else hanging(frequency, 0.5, integrator="rk4")[0]
+    with pytest.raises(SimulationError, match="cannot be done"):
+        sim.step(1000)
+
+
+def test_stiff_tether_far_from_the_origin_comes_to_rest():
+    """There the force of the tether is mostly round-off of the position, which no sub-step makes smaller."""
+    w = 1e4 * RATE
+    tether = Tether((0, 0, 0.2), (1e3, -2e3, 5e2), 1.0, 2.0 * w * w, 2.0 * w, slack=False)
+    state = State((1e3, -2e3, 498.8), velocity=(0, 0, -1.0))
+    sim = Simulation(BALL, state, rate=RATE, gravity=G, integrator="rosenbrock", rtol=1e-6, tethers=[tether])
+    sim.step(20)
+    assert sim.state.position[2] == pytest.approx(498.8, rel=0, abs=1e-9)
+    assert abs(sim.state.velocity[2]) < 1e-6

@@ -27,7 +27,7 @@ def test_default_obeys_the_rules_of_its_own_parameter(parameter):
 
 @over_the_table
 def test_numbers_with_a_dimension_say_their_unit(parameter):
-    dimensionless = parameter.name.endswith(("orientation", "rtol"))
+    dimensionless = parameter.name.endswith(("orientation", "rtol", "factor"))
     assert bool(parameter.unit) == (parameter.type in (float, tuple) and not dimensionless)
 
 
