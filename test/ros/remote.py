@@ -128,7 +128,7 @@ class Remote:
 
     def send_bytes(self, data):
         """Publish bytes as they are, as a wrench."""
-        self._wrench.publish(data)
+        self._commands["wrench"].publish(data)
 
     def call(self, name, request=None):
         """Answer of a service; ``request`` defaults to an empty one."""
