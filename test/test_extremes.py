@@ -138,7 +138,7 @@ def test_thin_body_turns_as_exactly_as_any_other(integrator, ratio, spin, steps)
 @pytest.mark.parametrize("ratio", [1e-6, 1e-3])
 def test_thin_body_whose_low_order_parts_are_lost_is_worse(ratio):
     body, state = Body(1.0, (1.0, 1.0, ratio)), tumbling(200.0, 0)
-    sim = Simulation(body, state, rate=1024.0)
+    sim = Simulation(body, state, rate=1024.0, integrator="taylor")
     for _ in range(1024):
         snapshot = sim.save()
         sim.restore(dataclasses.replace(snapshot, state=(*snapshot.state[:LOW], *(0.0,) * LOW)))

@@ -208,14 +208,17 @@ def _combine(work, row, count, h, to):
 
 @kernel
 def _error(state, model, work, trial, share):
-    """Estimated error as a multiple of the sub-step's share: ε₅² / √(ε₅² + 0.01 ε₃²), from two estimates."""
+    """Estimated error as a multiple of the sub-step's share: ε₅² / √(ε₅² + 0.01 ε₃²), from two estimates.
+
+    Written with their quotient: the square of a tiny estimate is zero.
+    """
     _combine(work, _ERROR_5_ROW, STAGES, trial, _E)
     fifth = weighed(state, model, work, _Z, _E, share, 1.0 / trial)
     _combine(work, _ERROR_3_ROW, STAGES, trial, _E)
     third = weighed(state, model, work, _Z, _E, share, 1.0 / trial)
     if fifth == 0.0:
         return 0.0
-    return fifth * fifth / math.sqrt(fifth * fifth + 0.01 * third * third)
+    return fifth / math.sqrt(1.0 + 0.01 * (third / fifth) * (third / fifth))
 
 
 INTEGRATOR = Integrator(

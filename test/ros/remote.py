@@ -11,6 +11,7 @@ from rcl_interfaces.srv import GetParameters, SetParameters
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
+from rclpy.qos import DurabilityPolicy, QoSProfile
 from std_srvs.srv import SetBool, Trigger
 
 from .node_process import DEEP_QUEUE
@@ -91,6 +92,19 @@ class Remote:
         self._node.create_subscription(kind, topic, messages.append, DEEP_QUEUE)
         return messages
 
+    def listen_late(self, kind, topic):
+        """The same, and what the publisher keeps for those who join late."""
+        messages = []
+        profile = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+        self._node.create_subscription(kind, topic, messages.append, profile)
+        return messages
+
+    def publisher(self, topic):
+        """One more publisher of commands, connected to the node."""
+        publisher = self._node.create_publisher(WrenchStamped, topic, 100)
+        self.wait(lambda: publisher.get_subscription_count() > 0, f"the subscription to {topic}")
+        return publisher
+
     # Waiting ----------------------------------------------------------------------------------------------------------
 
     def turn(self, seconds=0.05):
@@ -119,12 +133,12 @@ class Remote:
 
     # Commands ---------------------------------------------------------------------------------------------------------
 
-    def send(self, frame_id, force=(0.0, 0.0, 0.0), torque=(0.0, 0.0, 0.0), topic="wrench"):
+    def send(self, frame_id, force=(0.0, 0.0, 0.0), torque=(0.0, 0.0, 0.0), topic="wrench", through=None):
         message = WrenchStamped()
         message.header.frame_id = frame_id
         for vector, values in ((message.wrench.force, force), (message.wrench.torque, torque)):
             vector.x, vector.y, vector.z = map(float, values)
-        self._commands[topic].publish(message)
+        (through or self._commands[topic]).publish(message)
 
     def send_bytes(self, data):
         """Publish bytes as they are, as a wrench."""

@@ -1,0 +1,133 @@
+"""Pace and /clock: slower, faster, as fast as possible, and what time does while it stands still."""
+
+import time
+
+import numpy as np
+import pytest
+
+from .remote import stamp_ns
+
+pytest.importorskip("rclpy")
+pytestmark = pytest.mark.ros
+
+NANOSECONDS = 1_000_000_000
+SCENE = {
+    "rate": 200.0,
+    "publish_rate": 20.0,
+    "outputs": ["clock"],
+    "wrench.timeout": 0.0,
+    "initial.angular_velocity": [0.3, 0.2, 0.1],
+}
+PERIOD_NS = 50_000_000
+
+
+@pytest.fixture(scope="module")
+def remote(connect):
+    from rosgraph_msgs.msg import Clock
+
+    remote = connect(SCENE)
+    remote.clocks = remote.listen(Clock, "/clock")
+    return remote.ready()
+
+
+@pytest.fixture
+def clocked(remote):
+    """Running at its own pace, from the initial state on."""
+    remote.set_parameter("real_time_factor", 1.0)
+    remote.pause(False)
+    return remote
+
+
+def clock_ns(message):
+    return message.clock.sec * NANOSECONDS + message.clock.nanosec
+
+
+def passed(remote, count):
+    """Simulated and wall time [s] while ``count`` further poses arrive."""
+    remote.drain()
+    before, begin = stamp_ns(remote.poses[-1]), time.monotonic()
+    have = len(remote.poses)
+    remote.wait(lambda: len(remote.poses) >= have + count, f"{count} poses")
+    return (stamp_ns(remote.poses[-1]) - before) / NANOSECONDS, time.monotonic() - begin
+
+
+def test_stamps_are_simulated_time_from_zero(clocked):
+    """Whoever uses /clock compares it with stamps: both come from the count of steps."""
+    track = clocked.collect(5)
+    assert track.stamp_ns[-1] < 600 * NANOSECONDS  # wall time would be years
+    assert np.all(track.stamp_ns % PERIOD_NS == 0)
+
+
+def test_clock_says_what_the_stamps_say_and_comes_after_them(clocked):
+    clocked.collect(len(clocked.poses) + 10)
+    clocked.wait(lambda: len(clocked.clocks) > 10, "the clock")
+    ticks = [clock_ns(message) for message in clocked.clocks]
+    assert ticks == sorted(ticks)
+    latest = ticks[-1]
+    clocked.wait(lambda: stamp_ns(clocked.poses[-1]) >= latest, "the pose of that time")
+
+
+def test_clock_ticks_on_while_time_stands_still(clocked):
+    clocked.pause(True)
+    clocked.drain()
+    del clocked.clocks[:]
+    poses = len(clocked.poses)
+    clocked.wait(lambda: len(clocked.clocks) >= 3, "three ticks")
+    assert {clock_ns(message) for message in clocked.clocks} == {stamp_ns(clocked.poses[-1])} or len(
+        {clock_ns(message) for message in clocked.clocks}
+    ) == 1
+    assert len(clocked.poses) == poses
+
+
+def test_clock_goes_on_over_a_reset(clocked):
+    clocked.collect(len(clocked.poses) + 3)
+    clocked.drain()
+    before = stamp_ns(clocked.poses[-1])
+    clocked.call("reset")
+    have = len(clocked.poses)
+    clocked.wait(lambda: len(clocked.poses) >= have + 3, "poses after the reset")
+    assert stamp_ns(clocked.poses[-1]) > before
+    ticks = [clock_ns(message) for message in clocked.clocks]
+    assert ticks == sorted(ticks)
+
+
+def test_slower_than_real_time(clocked):
+    assert clocked.set_parameter("real_time_factor", 0.25).successful
+    simulated, wall = passed(clocked, 4)
+    assert simulated <= 0.25 * wall + PERIOD_NS / NANOSECONDS  # never faster, however busy the machine
+
+
+def test_as_fast_as_possible_keeps_the_grid_and_serves_requests(clocked):
+    assert clocked.set_parameter("real_time_factor", 0.0).successful
+    have = len(clocked.poses)
+    clocked.wait(lambda: len(clocked.poses) >= have + 1000, "50 s of simulated time")
+    assert clocked.set_parameter("real_time_factor", 1.0).successful
+    clocked.drain()
+    stamps = np.array([stamp_ns(message) for message in clocked.poses[have:]])
+    assert np.all(np.diff(stamps) % PERIOD_NS == 0)
+    assert np.diff(stamps).min() > 0
+
+
+def test_diagnostics_tell_the_factor_that_is_reached(clocked):
+    clocked.set_parameter("real_time_factor", 0.5)
+    clocked.report()
+    _, values = clocked.report()
+    assert 0.0 < float(values["real-time factor"]) < 0.6
+
+
+@pytest.mark.parametrize("value", [-1.0, float("nan"), float("inf"), 1e7])
+def test_factor_that_is_none_is_refused_and_changes_nothing(clocked, value):
+    result = clocked.set_parameter("real_time_factor", value)
+    assert not result.successful
+    assert result.reason
+    assert clocked.get_parameters("real_time_factor") == [1.0]
+
+
+def test_reset_sets_time_back_only_when_asked(connect):
+    remote = connect({**SCENE, "reset_time": True}).ready()
+    remote.collect(5)
+    remote.call("reset")
+    remote.drain()
+    remote.wait(lambda: stamp_ns(remote.poses[-1]) < stamp_ns(remote.poses[0]) + 10 * NANOSECONDS, "earlier stamps")
+    stamps = [stamp_ns(message) for message in remote.poses]
+    assert stamps != sorted(stamps)
