@@ -209,7 +209,7 @@ class Simulation:
 
     def _hold(self, wrench: Wrench, expiry: int | None) -> None:
         """Hold ``wrench`` up to step ``expiry``."""
-        if self._plain and not wrench.points and (self._takes_any or wrench.turns == self._wrench.turns):
+        if self._plain and not wrench.points and (self._takes_any or wrench.turns == self._turns):
             if self._origin_steps is not None and wrench.values != self._wrench.values:
                 self._mark_origin()
             _PACK_WRENCH(self._model_bytes, _WRENCH_OFFSET, *wrench.values)
@@ -399,6 +399,7 @@ class Simulation:
         self._model = self._terms.model(wrench)
         self._model_bytes = memoryview(self._model).cast("B")
         self._wrench = wrench
+        self._turns = wrench.turns
         self._plain = not wrench.points  # whether twelve numbers are all that another wrench changes
         self._takes_any = self._terms.resisted if self._asked_for is None else not integrator.torque_free_only
         self._origin_steps: int | None = None

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
-from rigid_body_sim import Body, Drag, Simulation, State, Tether, Wrench
+from rigid_body_sim import Body, Drag, Simulation, SimulationError, State, Tether, Wrench
 from rigid_body_sim.physics import rotation
 from rigid_body_sim.scene import plan
 
@@ -125,8 +125,28 @@ def test_motion_that_grows_stiff_goes_on_implicitly_to_the_right_end():
     assert sim.plan.integrator == "dop853"
     sim.set_wrench(Wrench(force_world=(force, 0.0, 0.0)))
     sim.step(10)
-    assert str(sim.plan).startswith("rosenbrock (drag, stiff: the motion became too fast for an explicit method)")
+    assert str(sim.plan).startswith("rosenbrock (drag, stiff: the motion is too fast for an explicit method)")
     assert sim.state.velocity[0] == pytest.approx(math.sqrt(force / drag), rel=1e-12)  # measured 0
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize(
+    "terms",
+    [
+        {"tethers": [Tether(anchor=(0.0, 0.0, 1.0), stiffness=1e308)]},
+        {"tethers": [Tether(anchor=(1e200, 0.0, 1.0), stiffness=1.0, damping=1e308)]},
+        {"drag": Drag(quadratic=(1e308,) * 3)},
+    ],
+    ids=["stiffness", "damping", "drag"],
+)
+def test_terms_beyond_all_measure_are_stiff_and_give_a_finite_state_or_a_sentence(terms):
+    sim = Simulation(BODIES["general"], STATES["spinning"], rate=RATE, **terms)
+    assert sim.plan.integrator == "rosenbrock"
+    try:
+        sim.step()
+    except SimulationError as reason:
+        assert "cannot be done" in str(reason)
+    assert np.isfinite(sim.state.values).all()
 
 
 # Changes between two steps ----------------------------------------------------------------------------------------

@@ -62,7 +62,7 @@ def _reason(integrator: str, terms: Terms, still: bool, stiffness: float | None)
     if stiffness is not None:
         what = " and ".join(["drag"] * terms.dragged + ["tethers"] * bool(terms.tethers))
         if stiffness == math.inf:
-            return f"{what}, stiff: the motion became too fast for an explicit method"
+            return f"{what}, stiff: the motion is too fast for an explicit method"
         return f"{what}, {'stiff' if stiffness > STIFF else 'not stiff'}: fastest rate {stiffness:.2g} a step"
     if integrator == "taylor":
         return "the wrench is held between commands: series to round-off"
