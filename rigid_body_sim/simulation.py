@@ -39,6 +39,10 @@ class SimulationError(RuntimeError):
     """A step that could not be done; the simulation keeps the last good state."""
 
 
+class IntegratorError(ValueError):
+    """A wrench that the integrator asked for cannot be given."""
+
+
 @dataclass(frozen=True)
 class Snapshot:
     """Everything that decides a simulation's future, exact to the bit: see Simulation.save. It can be pickled."""
@@ -219,8 +223,14 @@ class Simulation:
         self._expiry = expiry
 
     def _end_holding(self) -> None:
-        """Go on without the sources whose time has run out."""
-        self._hold_all({name: held for name, held in self._sources.items() if held[1] is None or held[1] > self.steps})
+        """Go on without the sources whose time has run out. Raises SimulationError when the others cannot be held."""
+        left = {name: held for name, held in self._sources.items() if held[1] is None or held[1] > self.steps}
+        try:
+            self._hold_all(left)
+        except ValueError as reason:  # what ended kept the sum small, or turned no body
+            raise SimulationError(
+                f"step {self.steps + 1} cannot be done: the time of one of several wrenches has run out, and {reason}"
+            ) from None
 
     def change(self, **terms: Body | ArrayLike | Drag | Sequence[Tether | PointForce] | float) -> None:
         """Go on with other terms, named as in the constructor from ``body`` to ``rtol``; those not named stay.
@@ -393,7 +403,7 @@ class Simulation:
         integrator = self._asked_for or self._choose(wrench)
         refusal = integrator.refusal(wrench) if self._asked_for else ""
         if refusal:
-            raise ValueError(refusal)
+            raise IntegratorError(refusal)
         self.integrator = integrator
         self._steps_kernel, self._work = self._kernels[integrator.name]
         self._model = self._terms.model(wrench)

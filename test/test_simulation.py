@@ -11,6 +11,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 from rigid_body_sim import Body, BodyState, Drag, Scene, Simulation, SimulationError, State, Tether, Wrench
 from rigid_body_sim.physics import rotation
 from rigid_body_sim.physics.wrench import total
+from rigid_body_sim.simulation import IntegratorError
 
 pytestmark = pytest.mark.no_numba
 
@@ -464,6 +465,47 @@ def test_sum_that_overflows_is_refused_and_changes_nothing():
     with pytest.raises(ValueError, match="add up to more than a float holds"):
         sim.set_wrench(huge, source="b")
     assert sim.save() == before
+
+
+def test_wrenches_left_that_add_up_to_too_much_stop_the_step():
+    """Two that only a third keeps within the range of floats: the state is that of the third one's end."""
+    sim, one = simulation(MOVING), simulation(MOVING)
+    for source, force, hold in (("a", 1.5e308, None), ("b", -1.5e308, 0.002), ("c", 1.5e308, None)):
+        sim.set_wrench(Wrench(force_world=(force, 0.0, 0.0)), hold, source)
+    one.set_wrench(Wrench(force_world=(1.5e308, 0.0, 0.0)))
+    one.step(2)
+    for _ in range(2):
+        with pytest.raises(
+            SimulationError, match=r"step 3 cannot be done: .* has run out, and .* more than a float holds"
+        ):
+            sim.step(5)
+        assert sim.steps == 2
+        assert_array_equal(sim.state.values, one.state.values)
+    sim.clear_wrench()
+    sim.step(5)
+
+
+def test_wrench_not_for_the_integrator_is_refused_and_others_stay():
+    sim = simulation(MOVING, integrator="exact")
+    sim.set_wrench(PUSH, source="a")
+    with pytest.raises(IntegratorError, match="takes no torque_world"):
+        sim.set_wrench(Wrench(torque_world=(0.0, 0.0, 1.0)), source="b")
+    sim.step(3)
+    assert sim.wrench == PUSH
+
+
+@pytest.mark.parametrize("coefficient", [1e150, 1e307])
+def test_drag_beyond_any_float_is_taken_or_refused_as_a_whole(coefficient):
+    """Its Jacobian is not finite, which no eigenvalue is found of: the step that follows says what is wrong."""
+    sim = simulation(MOVING)
+    sim.change(drag=Drag(quadratic=(coefficient,) * 3, linear=(1e308, 0.0, 0.0)))
+    assert sim.integrator.name == "rosenbrock"
+    before = sim.save()
+    with pytest.raises(SimulationError, match="too stiff"):
+        sim.step()
+    assert sim.save() == before
+    sim.change(drag=Drag())
+    sim.step(3)
 
 
 def test_state_set_from_outside_keeps_time_and_wrench():

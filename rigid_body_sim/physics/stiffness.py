@@ -1,5 +1,7 @@
 """How stiff a scene is: the fastest rate at which anything in it decays, swings or turns."""
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -18,12 +20,12 @@ def spectral_radius(state: NDArray, model: NDArray) -> float:
     """Largest modulus [1/s] of the eigenvalues of the Jacobian at a flat state, with every tether counted as taut.
 
     So a tether that is slack now, and will pull later, counts; quadratic drag counts at the present speed, and a spin
-    with its angular velocity. ``model`` is that of forces.new_model, ``state`` that of physics.state. Where the Jacobian
-    is beyond the range of floats it is inf.
+    with its angular velocity. Infinite where an entry of the Jacobian is beyond the range of floats. ``model`` is that
+    of forces.new_model, ``state`` that of physics.state.
     """
     matrix = np.zeros(144)
-    with np.errstate(over="ignore", invalid="ignore"):
-        _taut_jacobian(state, model.copy(), matrix)
+    _taut_jacobian(state, model.copy(), matrix)
     if not np.isfinite(matrix).all():
-        return np.inf
-    return float(np.abs(np.linalg.eigvals(matrix.reshape(12, 12))).max())
+        return math.inf
+    radius = float(np.abs(np.linalg.eigvals(matrix.reshape(12, 12))).max())
+    return math.inf if math.isnan(radius) else radius

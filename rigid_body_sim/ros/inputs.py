@@ -12,6 +12,7 @@ from rclpy.qos_overriding_options import QoSOverridingOptions
 from ..physics import rotation
 from ..physics.state import State
 from ..scene.loader import Scene
+from ..simulation import IntegratorError
 from . import messages
 from .loop import Loop
 from .messages import RefusedError
@@ -39,11 +40,12 @@ class Inputs:
         self._wrench_reader = WrenchReader(scene, limit=self._limit)
         self._impulse_reader = WrenchReader(scene, "impulse")
         self.set_limits(scene)
+        self._subscribe(node, WrenchStamped, "impulse", self._on_impulse)
+        self._subscribe(node, PoseStamped, "set_pose", self._on_set_pose)
+        self._subscribe(node, TwistStamped, "set_twist", self._on_set_twist)
         for topic in self._topics:
-            self._subscribe(node, WrenchStamped, topic, self._wrench_callback(topic), raw=True)
-        self._subscribe(node, WrenchStamped, "impulse", self._guarded(self._on_impulse), raw=True)
-        self._subscribe(node, PoseStamped, "set_pose", self._guarded(self._on_set_pose))
-        self._subscribe(node, TwistStamped, "set_twist", self._guarded(self._on_set_twist))
+            _check_topic(node, topic)
+            self._subscribe(node, WrenchStamped, topic, self._wrench_callback(topic))
 
     def set_limits(self, scene: Scene) -> None:
         """Take ``wrench.max_force`` and ``wrench.max_torque`` from here on."""
@@ -59,10 +61,10 @@ class Inputs:
         """After a reset there was no command yet."""
         self._steps.clear()
 
-    @staticmethod
-    def _subscribe(node: Node, kind: type, topic: str, callback: Callable, **options: bool) -> None:
+    def _subscribe(self, node: Node, kind: type, topic: str, callback: Callable[[bytes], None]) -> None:
         overridable = QoSOverridingOptions.with_default_policies()
-        node.create_subscription(kind, topic, callback, QUEUE, qos_overriding_options=overridable, **options)
+        guarded = self._guarded(callback)
+        node.create_subscription(kind, topic, guarded, QUEUE, qos_overriding_options=overridable, raw=True)
 
     def _wrench_callback(self, topic: str) -> Callable[[bytes], None]:
         """What to do with a command on ``topic``; in lockstep, one on the first topic advances the simulation."""
@@ -72,13 +74,15 @@ class Inputs:
             wrench = self._wrench_reader.read(data)
             try:
                 self._simulation.set_wrench(wrench, self._hold, topic)
-            except ValueError as reason:
+            except IntegratorError as reason:
                 raise RefusedError(messages.NOT_FOR_INTEGRATOR, str(reason)) from None
+            except ValueError as reason:  # its sum with what other sources hold
+                raise RefusedError(messages.NOT_FINITE, str(reason)) from None
             self._steps[topic] = self._simulation.steps
             if leads:
                 self._loop.on_command()
 
-        return self._guarded(on_wrench)
+        return on_wrench
 
     def _limit(self, force: messages.Vector, torque: messages.Vector) -> tuple[messages.Vector, messages.Vector]:
         """Both as sent, or scaled down to the limits."""
@@ -96,21 +100,24 @@ class Inputs:
             raise RefusedError(messages.NOT_FINITE, str(reason)) from None
         self._loop.on_changed_state()
 
-    def _on_set_pose(self, message: PoseStamped) -> None:
+    def _on_set_pose(self, data: bytes) -> None:
         """The body is put there; its velocities, in world axes, stay."""
         self._need_a_running_simulation("set_pose")
+        message = messages.deserialised(data, PoseStamped, "set_pose")
         messages.check_frame("set_pose", message.header.frame_id, {self._scene["world_frame_id"]})
         p, q, now = message.pose.position, message.pose.orientation, self._simulation.state
         w_world = rotation.rotate(now.orientation, now.angular_velocity)
-        with messages.refusing("set_pose"):
+        with messages.refusing("set_pose", messages.NOT_A_ROTATION):
             orientation = rotation.normalize((q.w, q.x, q.y, q.z))
+        with messages.refusing("set_pose"):
             state = State((p.x, p.y, p.z), orientation, now.velocity, rotation.rotate_back(orientation, w_world))
             self._simulation.set_state(state)
         self._loop.on_changed_state()
 
-    def _on_set_twist(self, message: TwistStamped) -> None:
+    def _on_set_twist(self, data: bytes) -> None:
         """The body's origin gets that velocity, in the axes that the header names; its pose stays."""
         self._need_a_running_simulation("set_twist")
+        message = messages.deserialised(data, TwistStamped, "set_twist")
         body, world = self._scene["body.frame_id"], self._scene["world_frame_id"]
         usual = body if self._scene["twist_frame"] == "body" else world
         frame = messages.check_frame("set_twist", message.header.frame_id, {body, world}) or usual
@@ -128,12 +135,12 @@ class Inputs:
         if self._loop.failure:
             raise RefusedError(messages.STOPPED, f"{what} refused: the simulation has stopped; ~/reset starts afresh")
 
-    def _guarded(self, callback: Callable) -> Callable:
+    def _guarded(self, callback: Callable[[bytes], None]) -> Callable[[bytes], None]:
         """``callback``, with refusals counted, and logged each reason at most once in WARN_EVERY seconds."""
 
-        def guarded(message: object) -> None:
+        def guarded(data: bytes) -> None:
             try:
-                callback(message)
+                callback(data)
             except RefusedError as refusal:
                 self.refused[refusal.reason] += 1
                 now = time.monotonic()
@@ -142,3 +149,19 @@ class Inputs:
                     self._log.warning(str(refusal))
 
         return guarded
+
+
+def _check_topic(node: Node, topic: str) -> None:
+    """Raise ValueError for one of ``wrench.topics`` that cannot be a name, or that is a topic of ``node`` already."""
+    try:
+        name = node.resolve_topic_name(topic)
+    except RuntimeError:  # RCLError, whose text names lines of C
+        raise ValueError(
+            f"parameter wrench.topics: {topic!r} cannot be the name of a topic; "
+            "give letters, digits and '_', no digit first, with '/' between namespaces"
+        ) from None
+    if name in {end.topic_name for end in (*node.subscriptions, *node.publishers)}:
+        raise ValueError(
+            f"parameter wrench.topics: {topic!r} is {name}, which this node uses already; give each source a topic of "
+            "its own"
+        )

@@ -3,8 +3,10 @@
 import contextlib
 import math
 from collections.abc import Callable, Iterator
+from typing import Any
 
 from geometry_msgs.msg import WrenchStamped
+from rclpy.serialization import deserialize_message
 from std_msgs.msg import Header
 
 from ..physics.wrench import Wrench
@@ -15,9 +17,10 @@ NANOSECONDS = 1_000_000_000
 NOT_FINITE = "not finite"
 UNKNOWN_FRAME = "unknown frame"
 NOT_FOR_INTEGRATOR = "not for this integrator"
+NOT_A_ROTATION = "not a rotation"
 MALFORMED = "malformed"
 STOPPED = "stopped"
-REFUSALS = (NOT_FINITE, UNKNOWN_FRAME, NOT_FOR_INTEGRATOR, MALFORMED, STOPPED)
+REFUSALS = (NOT_FINITE, UNKNOWN_FRAME, NOT_FOR_INTEGRATOR, NOT_A_ROTATION, MALFORMED, STOPPED)
 
 Vector = tuple[float, ...]
 Meaning = Callable[[Vector, Vector], Wrench]  # of a force [N] and a torque [N m] in some frame
@@ -65,12 +68,25 @@ def check_frame(what: str, frame_id: str, known: set[str]) -> str:
 
 
 @contextlib.contextmanager
-def refusing(what: str) -> Iterator[None]:
-    """Turn a ValueError about the numbers in a message into a refusal."""
+def refusing(what: str, reason: str = NOT_FINITE) -> Iterator[None]:
+    """Turn a ValueError about the numbers in a message into a refusal for that reason."""
     try:
         yield
-    except ValueError as reason:
-        raise RefusedError(NOT_FINITE, f"{what} refused: {reason}") from None
+    except ValueError as text:
+        raise RefusedError(reason, f"{what} refused: {text}") from None
+
+
+def deserialised(data: bytes, kind: type, what: str) -> Any:
+    """The message of type ``kind`` in the bytes. Raises RefusedError when there is none."""
+    try:
+        return deserialize_message(data, kind)
+    except Exception:  # RMWError for bytes, and whatever else a type support makes of them
+        name = f"{kind.__module__.split('.')[0]}/{kind.__name__}"
+        raise RefusedError(
+            MALFORMED,
+            f"{what} of {len(data)} bytes refused: they are not a serialised {name}; "
+            "send one with the message definition of this ROS version",
+        ) from None
 
 
 def scaled_down(vector: Vector, most: float) -> Vector:

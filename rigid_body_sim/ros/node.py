@@ -32,8 +32,8 @@ class RigidBodyNode(Node):
         self.simulation = Simulation.from_scene(self.scene)
         self._outputs = Outputs(self, self.scene, self.simulation)
         self.loop = Loop(self.scene, self.simulation, self._outputs, self._epoch_ns(), self.get_logger().error)
-        self._inputs = Inputs(self, self.scene, self.loop)
         self._diagnostics_publisher = self.create_publisher(DiagnosticArray, "/diagnostics", QUEUE)
+        self._inputs = Inputs(self, self.scene, self.loop)
         services.create(self, self.loop, self.reset)
         parameters.refuse_undeclared(self)
         self._changes = parameters.Changes(self, self.scene, self._take)
@@ -64,7 +64,10 @@ class RigidBodyNode(Node):
             now_ns = monotonic_ns()
             if now_ns >= self._report_due_ns:
                 self._report(now_ns)
-            executor.spin_once(timeout_sec=max(0, loop.idle_ns(now_ns)) / NANOSECONDS)
+            try:
+                executor.spin_once(timeout_sec=max(0, loop.idle_ns(now_ns)) / NANOSECONDS)
+            except ValueError as reason:  # from a service of rclpy's own: a parameter of a type that does not exist
+                self.get_logger().error(f"request ignored: {reason}")
 
     def reset(self) -> str:
         """Back to the initial state; returns what became of the time."""

@@ -180,12 +180,20 @@ def _marker(scene: Scene, simulation: Simulation) -> Output:
     message.header.frame_id = scene["world_frame_id"]
     # Exact as float32, in which colours are sent.
     message.color.r, message.color.g, message.color.b, message.color.a = 0.375, 0.625, 0.875, 1.0
-    kind, size, point, q = _look(scene, simulation.body)
+    shown = simulation.body
+    kind, size, point, q = _look(scene, shown)
     message.type = getattr(Marker, kind)
-    message.scale.x, message.scale.y, message.scale.z = map(float, size)
     if kind == "MESH_RESOURCE":
         message.mesh_resource = f"file://{os.path.abspath(scene['body.mesh_file'])}"
-    return Output("marker", message, _pose_of("pose"), lambda motion: motion.placed(point, q))
+
+    def values(motion: Motion) -> Numbers:
+        nonlocal shown, size, point, q
+        if motion.simulation.body is not shown:
+            shown = motion.simulation.body
+            _, size, point, q = _look(scene, shown)
+        return *motion.placed(point, q), *size
+
+    return Output("marker", message, _pose_of("pose") + _vector("scale"), values)
 
 
 _SHAPES = {  # kind of marker and its size along the axes, from the dimensions

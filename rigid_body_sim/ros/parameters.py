@@ -48,7 +48,7 @@ class Changes:
     """
 
     def __init__(self, node: Node, scene: Scene, take: Callable[[Scene], None]):
-        self._scene, self._take = scene, take
+        self._node, self._scene, self._take = node, scene, take
         node.add_pre_set_parameters_callback(self._complete)
         node.add_on_set_parameters_callback(self._set)
 
@@ -58,7 +58,10 @@ class Changes:
         try:
             changed = self._changed().values
         except ValueError:
-            return [*self._asked.values()]  # refused, with the reason, once rclpy has looked at names and types
+            # Refused with the reason once rclpy has looked at names and types. Of an unknown name it does not tell
+            # which it is, and an empty list it does not pass on.
+            known = [parameter for name, parameter in self._asked.items() if self._node.has_parameter(name)]
+            return known or [Parameter("body.mass", value=self._scene["body.mass"])]
         old = self._scene.values
         also = [name for name, value in changed.items() if name not in self._asked and value != old.get(name)]
         return [*self._asked.values(), *(Parameter(name, value=_plain(changed[name])) for name in also)]
@@ -76,6 +79,9 @@ class Changes:
         return SetParametersResult(successful=True)
 
     def _changed(self) -> Scene:
+        for name in self._asked:
+            if not self._node.has_parameter(name):
+                raise ValueError(schema.unknown(name, name, self._scene.values))
         named = {name: parameter.value for name, parameter in self._asked.items()}
         return self._scene.changed({name: value for name, value in named.items() if not schema.belongs_to_ros(name)})
 

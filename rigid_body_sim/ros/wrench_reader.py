@@ -1,7 +1,6 @@
 """Wrench commands from the bytes that the middleware delivers."""
 
 from geometry_msgs.msg import WrenchStamped
-from rclpy.serialization import deserialize_message
 
 from ..physics.wrench import Wrench
 from ..scene.loader import Scene
@@ -38,12 +37,5 @@ class WrenchReader:
         return messages.make_wrench(meaning, numbers[:3], numbers[3:], self._what, self._limit)
 
     def _read_slowly(self, data: bytes) -> Wrench:
-        try:
-            message = deserialize_message(data, WrenchStamped)
-        except Exception:  # RMWError for bytes, and whatever else a type support makes of them
-            raise messages.RefusedError(
-                messages.MALFORMED,
-                f"{self._what} of {len(data)} bytes refused: they are not a serialised geometry_msgs/WrenchStamped; "
-                "send one with the message definition of this ROS version",
-            ) from None
+        message = messages.deserialised(data, WrenchStamped, self._what)
         return messages.read_wrench(message, self._scene, self._what, self._limit)

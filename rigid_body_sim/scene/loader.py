@@ -10,7 +10,7 @@ import numpy as np
 import yaml
 
 from ..physics import rotation
-from ..physics.body import Body
+from ..physics.body import Body, positive
 from ..physics.resistance import Drag, Tether
 from ..physics.state import State
 from ..physics.terms import Terms
@@ -70,10 +70,15 @@ class Scene:
 
     def body(self) -> Body:
         """The body described by ``body.*``."""
+        mass, inertia = self["body.mass"], self["body.inertia"]
         try:
-            return Body(self["body.mass"], self["body.inertia"], self["body.center_of_mass"])
+            positive(mass, "mass", "kg")
         except ValueError as reason:
-            raise ValueError(f"parameter body.inertia = {list(self['body.inertia'])}: {reason}") from None
+            raise ValueError(f"parameter body.mass = {mass}: {reason}") from None
+        try:
+            return Body(mass, inertia, self["body.center_of_mass"])
+        except ValueError as reason:
+            raise ValueError(f"parameter body.inertia = {list(inertia)}: {reason}") from None
 
     def initial_state(self) -> State:
         """The state described by ``initial.*``."""

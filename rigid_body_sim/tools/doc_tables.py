@@ -11,10 +11,11 @@ from ..scene import schema
 
 def parameters_table() -> str:
     """Markdown table of all parameters, in the schema's order."""
-    lines = ["| name | type | default | unit | allowed | meaning |", "|---|---|---|---|---|---|"]
+    lines = ["| name | type | default | unit | dynamic | allowed | meaning |", "|---|---|---|---|---|---|---|"]
     for p in schema.TABLE:
         shown = "must be given" if p.required else f"`{_shown(p.default)}`"
-        lines.append(f"| `{p.name}` | {schema.TYPES[p.type]} | {shown} | {p.unit} | {p.rule} | {p.text} |")
+        dynamic = "yes" if p.dynamic else ""
+        lines.append(f"| `{p.name}` | {schema.TYPES[p.type]} | {shown} | {p.unit} | {dynamic} | {p.rule} | {p.text} |")
     return "\n".join(lines)
 
 

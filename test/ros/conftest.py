@@ -54,7 +54,7 @@ def connect(context, run_node):
     def start(parameters):
         namespace = f"/n{next(_numbers)}"
         process = run_node(parameters, arguments=["-r", f"__ns:={namespace}"], namespace=namespace)
-        remotes.append(Remote(process, namespace, context))
+        remotes.append(Remote(process, namespace, context, parameters.get("wrench.topics", ("wrench",))))
         return remotes[-1]
 
     yield start

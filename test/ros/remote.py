@@ -7,7 +7,8 @@ import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped, TwistStamped, WrenchStamped
 from rcl_interfaces.msg import Parameter as ParameterMessage
-from rcl_interfaces.srv import GetParameters, SetParameters
+from rcl_interfaces.msg import ParameterValue
+from rcl_interfaces.srv import DescribeParameters, GetParameters, SetParameters, SetParametersAtomically
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
@@ -18,7 +19,12 @@ from .node_process import DEEP_QUEUE
 
 SERVICES = {"reset": Trigger, "pause": SetBool, "step": Trigger, "clear_wrench": Trigger}
 LAST_CLIENT = "get_parameters"
-PARAMETER_SERVICES = {"set_parameters": SetParameters, LAST_CLIENT: GetParameters}
+PARAMETER_SERVICES = {
+    "set_parameters": SetParameters,
+    "describe_parameters": DescribeParameters,
+    "set_parameters_atomically": SetParametersAtomically,
+    LAST_CLIENT: GetParameters,
+}
 SECONDS = 20.0  # longest wait for anything that takes milliseconds on an idle machine
 
 
@@ -34,9 +40,9 @@ class Track:
 
 
 class Remote:
-    """Commander and observer of one node."""
+    """Commander and observer of one node, which takes wrenches on ``topics``."""
 
-    def __init__(self, process, namespace, context):
+    def __init__(self, process, namespace, context, topics=("wrench",)):
         self.process = process
         self.name = f"{namespace}/rigid_body_node"
         self.poses, self.twists, self.reports = [], [], []
@@ -46,9 +52,12 @@ class Remote:
         self._node.create_subscription(PoseStamped, "pose", self.poses.append, DEEP_QUEUE)
         self._node.create_subscription(TwistStamped, "twist", self.twists.append, DEEP_QUEUE)
         self._node.create_subscription(DiagnosticArray, "/diagnostics", self._on_diagnostics, 100)
-        self._commands = {
-            topic: self._node.create_publisher(WrenchStamped, topic, 100) for topic in ("wrench", "impulse")
+        kinds = {
+            **dict.fromkeys((*topics, "impulse"), WrenchStamped),
+            "set_pose": PoseStamped,
+            "set_twist": TwistStamped,
         }
+        self._commands = {topic: self._node.create_publisher(kind, topic, 100) for topic, kind in kinds.items()}
         self._clients = {
             name: self._node.create_client(service, f"rigid_body_node/{name}")
             for name, service in {**SERVICES, **PARAMETER_SERVICES}.items()
@@ -105,6 +114,10 @@ class Remote:
         self.wait(lambda: publisher.get_subscription_count() > 0, f"the subscription to {topic}")
         return publisher
 
+    def subscriptions_to(self, topic):
+        """What the network knows of the subscriptions to a topic."""
+        return self._node.get_subscriptions_info_by_topic(topic)
+
     # Waiting ----------------------------------------------------------------------------------------------------------
 
     def turn(self, seconds=0.05):
@@ -140,9 +153,15 @@ class Remote:
             vector.x, vector.y, vector.z = map(float, values)
         (through or self._commands[topic]).publish(message)
 
-    def send_bytes(self, data):
-        """Publish bytes as they are, as a wrench."""
-        self._commands["wrench"].publish(data)
+    def send_bytes(self, data, topic="wrench"):
+        """Publish bytes as they are."""
+        self._commands[topic].publish(data)
+
+    def send_pose(self, frame_id, position, orientation):
+        self._commands["set_pose"].publish(pose_message(frame_id, position, orientation))
+
+    def send_twist(self, frame_id, linear, angular):
+        self._commands["set_twist"].publish(twist_message(frame_id, linear, angular))
 
     def call(self, name, request=None):
         """Answer of a service; ``request`` defaults to an empty one."""
@@ -158,6 +177,19 @@ class Remote:
         request = SetParameters.Request(parameters=[Parameter(name, value=value).to_parameter_msg()])
         (result,) = self.call("set_parameters", request).results
         return result
+
+    def set_together(self, values):
+        """Result of setting all of ``values``, by name, or none."""
+        parameters = [Parameter(name, value=value).to_parameter_msg() for name, value in values.items()]
+        return self.call("set_parameters_atomically", SetParametersAtomically.Request(parameters=parameters)).result
+
+    def set_value_of_type(self, name, kind):
+        """Send a value of type number ``kind``, and wait for no answer."""
+        parameter = ParameterMessage(name=name, value=ParameterValue(type=kind))
+        self._clients["set_parameters"].call_async(SetParameters.Request(parameters=[parameter]))
+
+    def describe(self, *names):
+        return self.call("describe_parameters", DescribeParameters.Request(names=list(names))).descriptors
 
     def get_parameters(self, *names):
         values = self.call("get_parameters", GetParameters.Request(names=list(names))).values
@@ -223,8 +255,31 @@ class Remote:
                 return status, values
             assert time.monotonic() < deadline, f"{what}: last report {status}"
 
+    def wait_arrived(self, *topics):
+        """While no step is taken: until a command on each of the topics has arrived; returns the report's values."""
+        ages = [f"{topic} age [s]" for topic in topics]
+        return self.wait_report(lambda _, values: all(values[age] == "0.000000" for age in ages), f"{topics}")[1]
+
     def _on_diagnostics(self, message):
         self.reports += [status for status in message.status if status.name.startswith(f"{self.name}: ")]
+
+
+def pose_message(frame_id, position, orientation):
+    """``orientation`` is w, x, y, z."""
+    message = PoseStamped()
+    message.header.frame_id = frame_id
+    p, q = message.pose.position, message.pose.orientation
+    p.x, p.y, p.z = map(float, position)
+    q.w, q.x, q.y, q.z = map(float, orientation)
+    return message
+
+
+def twist_message(frame_id, linear, angular):
+    message = TwistStamped()
+    message.header.frame_id = frame_id
+    for vector, values in ((message.twist.linear, linear), (message.twist.angular, angular)):
+        vector.x, vector.y, vector.z = map(float, values)
+    return message
 
 
 def stamp_ns(message):

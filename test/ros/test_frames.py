@@ -177,7 +177,7 @@ def test_refused_commands_are_counted_and_change_nothing(nodes):
     node = nodes["body"]
     node.fresh()
     before = counts(node.report()[1])
-    assert set(before) == {"unknown frame", "not finite", "not for this integrator", "malformed"}
+    assert set(before) >= {"unknown frame", "not finite", "malformed"}
     node.send("hook", force=(0.3, 0.4, 0.0))
     node.wait(lambda: len(node.poses) > 10, "some motion")
     for _, frame_id, force, torque in BAD:
@@ -187,8 +187,8 @@ def test_refused_commands_are_counted_and_change_nothing(nodes):
     total = sum(before.values()) + len(BAD) + len(MALFORMED)
     status, values = node.wait_report(lambda _, values: sum(counts(values).values()) >= total, "all the refusals")
     after = counts(values)
-    counted = {reason: after[reason] - before[reason] for reason in after}
-    assert counted == {"unknown frame": 2, "not finite": 4, "not for this integrator": 0, "malformed": 2}
+    counted = {reason: after[reason] - before[reason] for reason in after if after[reason] > before[reason]}
+    assert counted == {"unknown frame": 2, "not finite": 4, "malformed": 2}
     assert status.level == b"\x01" and ("refused" in status.message or "slower" in status.message)
     track = node.collect_motion(RATE)
     assert_every_step(track.stamp_ns)

@@ -10,7 +10,7 @@ import types
 import numpy as np
 import pytest
 
-from rigid_body_sim import Scene, Simulation
+from rigid_body_sim import Body, Scene, Simulation
 from rigid_body_sim.scene import schema
 
 from .analysis import derivative, matrices
@@ -266,6 +266,25 @@ def test_marker_without_a_shape_is_an_ellipsoid_of_the_same_inertia():
     semi = np.array(_xyz(marker.scale)) / 2
     assert sorted(semi) == pytest.approx([a, b, c], rel=1e-14)
     assert axes @ np.diag(semi**2) @ axes.T == pytest.approx(R @ np.diag([a * a, b * b, c * c]) @ R.T, abs=1e-14)
+
+
+def test_marker_follows_a_body_that_is_changed():
+    """Four times the inertia of the same mass: an ellipsoid of twice the size; and what is sent as bytes says so."""
+    scene = Scene({"body.mass": 1.0, "body.inertia": (0.2, 0.3, 0.4, 0.0, 0.0, 0.0)})
+    simulation = Simulation.from_scene(scene)
+    output = outputs.KINDS["marker"](scene, simulation)
+    deserialize_message = pytest.importorskip("rclpy.serialization").deserialize_message
+
+    def size():
+        data = cdr.Template(output.message, output.fields).write(0, output.values(outputs.Motion(simulation)))
+        return np.array(_xyz(deserialize_message(data, type(output.message)).scale))
+
+    before = size()
+    simulation.change(body=Body(1.0, (0.8, 1.2, 1.6)))
+    assert before.min() > 0.0
+    assert size() == pytest.approx(2.0 * before, rel=1e-15)  # measured 0
+    simulation.change(body=Body(4.0, (0.8, 1.2, 1.6)))
+    assert size() == pytest.approx(before, rel=1e-15)  # measured 0
 
 
 def test_marker_of_a_flat_body_keeps_some_thickness():

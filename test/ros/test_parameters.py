@@ -40,6 +40,18 @@ REFUSED = {
         {"outputs": ["pose"]},
         "parameter outputs = ['pose']: 'pose' is not allowed; give any of ",
     ),
+    "no topic for wrenches": ({"wrench.topics": []}, "parameter wrench.topics = []: is empty; give at least one name"),
+    "impossible topic": (
+        {"wrench.topics": ["bad name!"]},
+        "parameter wrench.topics: 'bad name!' cannot be the name of",
+    ),
+    "empty topic": ({"wrench.topics": ["wrench", ""]}, "parameter wrench.topics = ['wrench', '']: '' is not allowed"),
+    "topic that is one by another name": (
+        {"wrench.topics": ["wrench", "/wrench"]},
+        "parameter wrench.topics: '/wrench' is /wrench, which this node uses already; give each source a topic of its",
+    ),
+    "topic of impulses": ({"wrench.topics": ["impulse"]}, "wrench.topics: 'impulse' is /impulse, which this node uses"),
+    "topic of an output": ({"wrench.topics": ["pose"]}, "wrench.topics: 'pose' is /pose, which this node uses already"),
     "use_sim_time": ({"use_sim_time": True}, "parameter use_sim_time = true: this node makes the simulated time"),
     "use_sim_time of a wrong type": (
         {"use_sim_time": 3},

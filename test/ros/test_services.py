@@ -168,7 +168,7 @@ def test_empty_array_may_be_given(connect):
 @pytest.mark.parametrize(
     ("name", "value", "reason"),
     [
-        ("body.mass", 3.0, "read-only"),
+        ("body.center_of_mass", [0.0, 0.0, 0.1], "read-only"),
         ("integrator.name", "rk4", "read-only"),
         ("use_sim_time", True, "this node makes the simulated time"),
         ("use_sim_time", 3, ""),

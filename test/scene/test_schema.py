@@ -162,6 +162,60 @@ def test_groups_are_those_of_the_table():
     assert schema.GROUPS == ("tethers", "forces", "frames")
 
 
+STEPS = schema.BY_NAME["steps_per_command"]
+TOPICS = schema.BY_NAME["wrench.topics"]
+
+
+@pytest.mark.parametrize(
+    ("parameter", "value", "reason"),
+    [
+        (STEPS, 1.0, "is not of type integer; give a value such as 1"),
+        (STEPS, True, "is not of type integer"),
+        (STEPS, "1", "is not of type integer"),
+        (STEPS, 0, "is out of range; give a number that is at least 1 and at most 1e\\+06"),
+        (STEPS, 10**30, "is out of range"),
+        (TOPICS, "wrench", "is not an array; give names such as \\['wrench'\\]"),
+        (TOPICS, 3, "is not an array"),
+        (TOPICS, [], "is empty; give at least one name, such as \\['wrench'\\]"),
+        (TOPICS, ["a", " "], "' ' is not allowed; give names, none twice"),
+        (TOPICS, ["a", 3], "3 is not allowed"),
+        (TOPICS, ["a", "b", "a"], "'a' is given twice; give it once"),
+    ],
+)
+def test_whole_number_or_names_that_are_none_are_refused(parameter, value, reason):
+    with pytest.raises(ValueError, match=f"parameter {parameter.name} = .*: {reason}"):
+        parameter.read(parameter.name, value)
+
+
+def test_whole_number_stays_one_and_names_keep_their_order():
+    assert STEPS.read("steps_per_command", 12) == 12 and isinstance(STEPS.read("steps_per_command", 12), int)
+    assert TOPICS.read("wrench.topics", ["b", "a"]) == ("b", "a")
+
+
+def test_dynamic_are_those_of_the_body_what_acts_limits_and_pace():
+    """Everything else decides the set-up: names, files, rates."""
+    assert {p.name for p in schema.TABLE if p.dynamic} == {
+        *("body.mass", "body.inertia", "gravity", "wrench.max_force", "wrench.max_torque", "real_time_factor"),
+        *(f"drag.{kind}" for kind in ("linear", "quadratic", "angular_linear", "angular_quadratic")),
+    }
+
+
+def test_changed_scene_keeps_what_was_given_and_works_out_anew_what_follows():
+    scene = Scene({"body.shape": "box", "body.dimensions": (1.0, 2.0, 3.0), "body.mass": 12.0, "rate": 500.0})
+    assert scene["body.inertia"] == (13.0, 10.0, 5.0, 0.0, 0.0, 0.0)
+    changed = scene.changed({"body.mass": 6.0})
+    assert (changed["body.mass"], changed["rate"]) == (6.0, 500.0)
+    assert changed["body.inertia"] == (6.5, 5.0, 2.5, 0.0, 0.0, 0.0)
+    assert scene["body.mass"] == 12.0
+    with pytest.raises(ValueError, match=r"body\.inertia = .* contradicts body\.shape"):
+        changed.changed({"body.inertia": (1.0, 1.0, 1.0, 0.0, 0.0, 0.0)})
+
+
+def test_mass_out_of_range_is_called_by_its_name():
+    with pytest.raises(ValueError, match=r"parameter body\.mass = 1e\+200: mass 1e\+200 kg is not between"):
+        Scene({"body.mass": 1e200})
+
+
 @pytest.mark.parametrize(
     "parameter",
     [p for p in schema.TABLE if p.above is not None or p.least is not None],
