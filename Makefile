@@ -8,10 +8,10 @@ COLCON := .venv-colcon
 # A sourced ROS brings its own rclpy. Its .venv differs from the one that takes rclpy from PyPI, so the stamps differ too.
 READY := $(VENV)/.ready-$(if $(AMENT_PREFIX_PATH),ros,pypi)
 
-.PHONY: help venv demo test bench docs lint build clean
+.PHONY: help venv demo test bench bench-node docs lint build clean
 
 help: ## list the targets
-	@sed -n 's/^\([a-z]*\):.*## \(.*\)/make \1\t\2/p' $(MAKEFILE_LIST)
+	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/make \1\t\2/p' $(MAKEFILE_LIST)
 
 demo: $(READY) ## run the demo
 	@$(VENV)/bin/rigid_body_demo
@@ -24,6 +24,9 @@ bench: $(READY) ## measure what a step costs
 	@$(VENV)/bin/python -m rigid_body_sim.report.step_cost
 	@$(VENV)/bin/python -m rigid_body_sim.report.plan_cost
 	@$(VENV)/bin/python -m rigid_body_sim.report.stiff_cost
+
+bench-node: $(READY) ## measure the node as a process over DDS, about 10 minutes
+	@$(VENV)/bin/python -m rigid_body_sim.tools.node_bench
 
 docs: $(READY) ## write the tables in docs/ anew from the code
 	@$(VENV)/bin/python -m rigid_body_sim.tools.doc_tables

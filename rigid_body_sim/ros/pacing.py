@@ -2,6 +2,8 @@
 
 from fractions import Fraction
 
+from .lateness import Lateness
+
 NANOSECONDS = 1_000_000_000
 # s of wall time. What is further behind is given up: simulated time slows down and no step is lost.
 LONGEST_BACKLOG = 0.05
@@ -20,6 +22,7 @@ class Pacer:
         self._longest_ns = int(LONGEST_BACKLOG * NANOSECONDS)
         self.slipped_ns = 0
         self.latest_ns = 0
+        self.lateness = Lateness()
         self.set_factor(factor, now_ns)
 
     def set_factor(self, factor: float, now_ns: int) -> None:
@@ -52,6 +55,11 @@ class Pacer:
         """By how much the latest step was given out after its deadline, since this was last asked."""
         latest_ns, self.latest_ns = self.latest_ns, 0
         return latest_ns
+
+    def published(self, waiting: int, now_ns: int) -> None:
+        """The step was published now after which ``waiting`` more were given out: note how late that is."""
+        if not self.free:
+            self.lateness.add(now_ns - self._start_ns + -(self._done - waiting) * self._denominator // self._numerator)
 
     def deadline_ns(self) -> int:
         """When the next step is due, rounded up to the clock's nanosecond."""
