@@ -13,7 +13,8 @@ class Lateness:
 
     def add(self, late_ns: int) -> None:
         """Count one that was late by this much."""
-        self._bins[min(late_ns // BIN_NS, BINS - 1)] += 1
+        i = late_ns // BIN_NS
+        self._bins[i if i < BINS else -1] += 1
         if late_ns > self._largest_ns:
             self._largest_ns = late_ns
 

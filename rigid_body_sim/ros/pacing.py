@@ -30,6 +30,7 @@ class Pacer:
         pace = self._rate * Fraction(factor)
         self.free = pace == 0
         self._numerator, self._denominator = pace.numerator, pace.denominator * NANOSECONDS
+        self._period_ns = 0 if self.free else self._denominator // self._numerator
         self.start(now_ns)
 
     def start(self, now_ns: int) -> None:
@@ -49,6 +50,7 @@ class Pacer:
             return 0
         self._done += due
         self.latest_ns = max(self.latest_ns, late_ns)
+        self._given, self._oldest_ns = due, now_ns - late_ns
         return due
 
     def take_latest_ns(self) -> int:
@@ -59,7 +61,7 @@ class Pacer:
     def published(self, waiting: int, now_ns: int) -> None:
         """The step was published now after which ``waiting`` more were given out: note how late that is."""
         if not self.free:
-            self.lateness.add(now_ns - self._start_ns + -(self._done - waiting) * self._denominator // self._numerator)
+            self.lateness.add(now_ns - self._oldest_ns - (self._given - 1 - waiting) * self._period_ns)
 
     def deadline_ns(self) -> int:
         """When the next step is due, rounded up to the clock's nanosecond."""

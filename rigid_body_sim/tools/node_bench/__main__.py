@@ -10,7 +10,7 @@ from pathlib import Path
 
 from . import record
 
-NAMES = ("ordinary", "10khz", "1khz", "wake_up", "free", "command", "start", "cold_start", "memory")
+NAMES = ("ordinary", "10khz", "1khz", "wake_up", "middleware", "free", "command", "start", "cold_start", "memory")
 
 
 def main(args: list[str] | None = None) -> int:

@@ -8,12 +8,19 @@ import struct
 import tempfile
 import time
 from collections.abc import Iterable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 from geometry_msgs.msg import WrenchStamped
+from rclpy.executors import Executor
+from rclpy.node import Node
 from std_srvs.srv import Trigger
 
+from ...ros import realtime
+from ...ros.executor import executor_for
+from ..demo import installed
 from ..processes import ChildError
+from . import usual_slack
 from .bench import CONNECTED_WITHIN, OUR_NODE, SPINNING, UnderTest, commands, node_under_test, subscriber, wait_warm
 from .record import AT_LEAST, AT_MOST, BELOW, Figure
 
@@ -21,6 +28,7 @@ ORDINARY = "rigid_body_sim.tools.node_bench.ordinary_node"
 USUAL_SLACK = "rigid_body_sim.tools.node_bench.usual_slack"
 TRACED = "rigid_body_sim.tools.node_bench.traced_node"
 ROUNDS = 3
+WAKE_UPS = 1000  # in a round
 EVERY_STEP = {"publish_rate": 0.0}  # publish each
 COMMAND_RATE = 200.0  # Hz
 ANSWERED_WITHIN = 20.0  # s; on a busy machine a real-time thread leaves the others little
@@ -94,7 +102,8 @@ def _reports(node: UnderTest, seconds: float) -> tuple[list[dict[str, str]], flo
 
 
 def wake_up(seconds: float) -> Iterator[Figure]:
-    """What timer slack and real-time priority buy at 10 kHz: each by itself, in the same run."""
+    """What timer slack and real-time priority buy: each by itself, in the same run."""
+    yield from _overshoot()
     ways = {
         "usual timer slack of 50 us": (USUAL_SLACK, 0),
         "timer slack of 1 ns, as the node sets it": (OUR_NODE, 0),
@@ -103,10 +112,8 @@ def wake_up(seconds: float) -> Iterator[Figure]:
     }
     found: dict[str, list[tuple[float, float]]] = {way: [] for way in ways}
     refused: dict[str, str] = {}
-    for _ in range(ROUNDS):
-        for way, (module, priority) in ways.items():
-            if way in refused:
-                continue
+    for way, (module, priority) in [*ways.items()] * ROUNDS:
+        if way not in refused:
             parameters = {**SPINNING, **EVERY_STEP, "rate": 10000.0, "realtime_priority": priority}
             with node_under_test(parameters, module) as node:
                 found[way] += _promptness(node, seconds / (len(ways) * ROUNDS))
@@ -121,11 +128,47 @@ def wake_up(seconds: float) -> Iterator[Figure]:
         yield Figure.median(f"10000 Hz, {way}: CPU", cpu, "%", "of the same")
 
 
+def _overshoot() -> Iterator[Figure]:
+    """What a waiting executor loses on each call, in a thread of this process."""
+    executor, found = executor_for(Node("sleeper")), {slack: [] for slack in (usual_slack.USUAL_NS, 1)}
+    with ThreadPoolExecutor(1) as thread:  # timer slack belongs to a thread, and this one is to keep its own
+        for slack in [*found] * ROUNDS:
+            found[slack] += thread.submit(_overshoots, executor, slack).result()
+    executor.shutdown()
+    for slack, late in found.items():
+        how = f"spin_once(0.1 ms), by how much longer it takes; median of {len(late)} calls, spread of the middle half"
+        quarters = tuple(np.percentile(late, (25, 75)).tolist())
+        yield Figure(f"wake-up, timer slack {slack} ns", statistics.median(late), "us", how, spread=quarters)
+
+
+def _overshoots(executor: Executor, slack_ns: int) -> list[float]:
+    realtime.set_timer_slack(slack_ns)
+    late = []
+    for _ in range(WAKE_UPS):
+        began = time.monotonic_ns()
+        executor.spin_once(timeout_sec=1e-4)
+        late.append((time.monotonic_ns() - began) / 1e3 - 100.0)
+    return late
+
+
 def _promptness(node: UnderTest, seconds: float) -> list[tuple[float, float]]:
     """Lateness [us] in each second, and the CPU [%] of the whole."""
     wait_warm(node)
     reports, cpu = _reports(node, seconds)
     return [(1e6 * float(report["lateness p99 [s]"]), cpu) for report in reports[1:]]
+
+
+def middleware(seconds: float) -> Iterator[Figure]:
+    """What config/fastdds.xml buys: CPU with it and without, at a priority that a busy machine cannot delay."""
+    parameters = {**SPINNING, **EVERY_STEP, "rate": 5000.0, "realtime_priority": 50}
+    ways = {"no profile": "", "config/fastdds.xml": str(installed("fastdds.xml"))}
+    found: dict[str, list[float]] = {way: [] for way in ways}
+    for way, file in [*ways.items()] * ROUNDS:
+        with node_under_test(parameters, environment={"FASTRTPS_DEFAULT_PROFILES_FILE": file}) as node:
+            wait_warm(node)
+            found[way].append(_reports(node, seconds / (2 * ROUNDS))[1])
+    for way, cpu in found.items():
+        yield Figure.median(f"5000 Hz, {way}: CPU", cpu, "%", f"all threads; {ROUNDS} rounds in turn")
 
 
 # 3. As fast as possible -----------------------------------------------------------------------------------------------
@@ -134,17 +177,21 @@ def _promptness(node: UnderTest, seconds: float) -> list[tuple[float, float]]:
 def free(seconds: float) -> Iterator[Figure]:
     """Simulated seconds in a second, without pacing."""
     parameters = {**SPINNING, "real_time_factor": 0.0, "publish_rate": 100.0}
-    how = "rate 1000, publish_rate 100; from the diagnostics, median of the seconds"
     with node_under_test(parameters, attentive=False) as node:
         wait_warm(node)
-        quiet, _ = _reports(node, seconds / 2)
-        factors = [float(report["real-time factor"]) for report in quiet[1:]]
-        yield Figure.median("real-time factor, nobody listens", factors, "", how, (AT_LEAST, 2000.0))
+        yield from _factors(node, seconds / 2, "nobody listens", 2000.0)
         with subscriber(node):
             node.serve(1.0)
-            busy, _ = _reports(node, seconds / 2)
-        factors = [float(report["real-time factor"]) for report in busy[1:]]
-        yield Figure.median("real-time factor, one subscriber", factors, "", how, (AT_LEAST, 500.0))
+            yield from _factors(node, seconds / 2, "one subscriber", 500.0)
+
+
+def _factors(node: UnderTest, seconds: float, who: str, goal: float) -> Iterator[Figure]:
+    reports, cpu = _reports(node, seconds)
+    factors = [float(report["real-time factor"]) for report in reports[1:]]
+    how = "rate 1000, publish_rate 100; from the diagnostics, median of the seconds"
+    yield Figure.median(f"real-time factor, {who}", factors, "", how, (AT_LEAST, goal))
+    per_cpu = 100.0 * statistics.mean(factors) / cpu
+    yield Figure(f"simulated seconds in a CPU second, {who}", per_cpu, "", "of the same, all threads counted")
 
 
 # 4. From command to motion --------------------------------------------------------------------------------------------
@@ -249,7 +296,7 @@ def memory(seconds: float) -> Iterator[Figure]:
     slope = float(np.polyfit(times, sizes, 1)[0]) if len(times) > 1 else 0.0
     how = f"least squares through {len(sizes)} readings in {times[-1]:.0f} s, {sizes[0]} kB first, {sizes[-1]} kB last"
     yield Figure("resident memory, growth", slope, "kB/s", how, (AT_MOST, 1.0))
-    yield from _traced(seconds / 4)
+    yield from _traced(seconds / 2)
 
 
 def _under_commands(node: UnderTest, seconds: float, look) -> Iterator[tuple[float, float]]:
@@ -290,6 +337,7 @@ MEASUREMENTS = {
     "10khz": functools.partial(steady, 10000.0),
     "1khz": functools.partial(steady, 1000.0),
     "wake_up": wake_up,
+    "middleware": middleware,
     "free": free,
     "command": command,
     "start": start,

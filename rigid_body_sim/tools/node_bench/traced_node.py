@@ -1,5 +1,6 @@
 """rigid_body_node under tracemalloc: prints how much more memory it holds after a while of its loop than before."""
 
+import gc
 import json
 import sys
 import time
@@ -33,6 +34,7 @@ class Watch:
         return self.after is not None
 
     def _reading(self) -> tuple[int, tracemalloc.Snapshot]:
+        gc.collect()  # what waits for the collector is not held
         ours = tracemalloc.Filter(False, tracemalloc.__file__), tracemalloc.Filter(False, __file__)
         return self._steps_of.steps, tracemalloc.take_snapshot().filter_traces(ours)
 
