@@ -8,10 +8,10 @@ COLCON := .venv-colcon
 # A sourced ROS brings its own rclpy. Its .venv differs from the one that takes rclpy from PyPI, so the stamps differ too.
 READY := $(VENV)/.ready-$(if $(AMENT_PREFIX_PATH),ros,pypi)
 
-.PHONY: help venv demo test bench docs lint build clean
+.PHONY: help venv demo test bench bench-node docs lint build clean
 
 help: ## list the targets
-	@sed -n 's/^\([a-z]*\):.*## \(.*\)/make \1\t\2/p' $(MAKEFILE_LIST)
+	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/make \1\t\2/p' $(MAKEFILE_LIST)
 
 demo: $(READY) ## run the demo
 	@$(VENV)/bin/rigid_body_demo
@@ -25,6 +25,9 @@ bench: $(READY) ## measure what a step costs
 	@$(VENV)/bin/python -m rigid_body_sim.report.plan_cost
 	@$(VENV)/bin/python -m rigid_body_sim.report.stiff_cost
 
+bench-node: $(READY) ## measure the node as a process over DDS, about 10 minutes
+	@$(VENV)/bin/python -m rigid_body_sim.tools.node_bench
+
 docs: $(READY) ## write the tables in docs/ anew from the code
 	@$(VENV)/bin/python -m rigid_body_sim.tools.doc_tables
 
@@ -33,7 +36,7 @@ lint: $(LINT)/.ready ## check format, style, spelling, YAML and XML
 	$(LINT)/bin/ruff check .
 	$(LINT)/bin/codespell
 	$(LINT)/bin/check-yaml .pre-commit-config.yaml $(wildcard config/*.yaml)
-	$(LINT)/bin/check-xml package.xml $(wildcard launch/*.xml)
+	$(LINT)/bin/check-xml package.xml $(wildcard config/*.xml launch/*.xml)
 
 build: $(COLCON)/.ready ## build with colcon, into build/colcon
 	$(COLCON)/bin/colcon --log-base $(BUILD)/log build --base-paths . --packages-select rigid_body_sim \

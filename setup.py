@@ -9,7 +9,7 @@ package_name = "rigid_body_sim"
 data_files = [
     ("share/ament_index/resource_index/packages", [f"resource/{package_name}"]),
     (f"share/{package_name}", ["package.xml"]),
-    (f"share/{package_name}/config", sorted(glob("config/*.yaml"))),
+    (f"share/{package_name}/config", sorted(glob("config/*"))),
     (f"share/{package_name}/launch", sorted(glob("launch/*"))),
     # For pip, which puts the programs in bin/ where `ros2 run` does not look. colcon writes the programs over these.
     (f"lib/{package_name}", sorted(glob("wrappers/*"))),

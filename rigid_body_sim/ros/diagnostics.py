@@ -20,6 +20,7 @@ class Reading:
     steps: int
     slipped_ns: int
     latest_ns: int  # largest lateness of a step since the reading before
+    p99_ns: int  # lateness that 99 of 100 publications kept to since then
     refused: Counter[str]
     limited: int  # commands that were scaled down
 
@@ -57,6 +58,7 @@ def status(
         "achieved rate [Hz]": f"{achieved:.3f}",
         "real-time factor": f"{achieved / simulation.rate:.6f}",
         "largest lateness [s]": f"{now.latest_ns / NANOSECONDS:.6f}",
+        "lateness p99 [s]": f"{now.p99_ns / NANOSECONDS:.6f}",
         "slipped time [s]": f"{now.slipped_ns / NANOSECONDS:.6f}",
         "wrench held": "yes" if simulation.wrench.points or any(simulation.wrench.values) else "no",
         **{f"{topic} age [s]": "none yet" if age is None else f"{age:.6f}" for topic, age in ages.items()},

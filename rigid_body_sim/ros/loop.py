@@ -75,6 +75,7 @@ class Loop:
             due -= chunk
             if simulation.steps % every == 0:
                 self.publish()
+                self.pacer.published(due, time.monotonic_ns())
 
     def _advance_until(self, end_ns: int) -> None:
         while not self.failure and time.monotonic_ns() < end_ns:

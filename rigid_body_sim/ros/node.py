@@ -8,7 +8,7 @@ from rclpy.node import Node
 
 from ..scene.loader import Scene
 from ..simulation import Simulation
-from . import diagnostics, messages, parameters, services
+from . import diagnostics, messages, parameters, realtime, services
 from .executor import executor_for
 from .inputs import Inputs
 from .loop import Loop
@@ -48,6 +48,7 @@ class RigidBodyNode(Node):
     def run(self, stop: StopRequest) -> None:
         """Simulate until ``stop`` is requested."""
         executor = executor_for(self)
+        self._be_prompt()
         gc.collect()
         gc.freeze()  # what exists now stays; the collector need not look at it again while the loop runs
         self._outputs.count_listeners()
@@ -68,6 +69,11 @@ class RigidBodyNode(Node):
                 executor.spin_once(timeout_sec=max(0, loop.idle_ns(now_ns)) / NANOSECONDS)
             except ValueError as reason:  # from a service of rclpy's own: a parameter of a type that does not exist
                 self.get_logger().error(f"request ignored: {reason}")
+
+    def _be_prompt(self) -> None:
+        realtime.set_timer_slack()
+        if (priority := self.scene["realtime_priority"]) and (refusal := realtime.set_priority(priority)):
+            self.get_logger().warning(f"parameter realtime_priority = {priority} has no effect: {refusal}")
 
     def reset(self) -> str:
         """Back to the initial state; returns what became of the time."""
@@ -101,6 +107,7 @@ class RigidBodyNode(Node):
             self.simulation.steps,
             pacer.slipped_ns,
             pacer.take_latest_ns(),
+            pacer.lateness.take_p99_ns(),
             inputs.refused.copy(),
             inputs.limited,
         )

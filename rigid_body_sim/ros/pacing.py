@@ -2,6 +2,8 @@
 
 from fractions import Fraction
 
+from .lateness import Lateness
+
 NANOSECONDS = 1_000_000_000
 # s of wall time. What is further behind is given up: simulated time slows down and no step is lost.
 LONGEST_BACKLOG = 0.05
@@ -20,6 +22,7 @@ class Pacer:
         self._longest_ns = int(LONGEST_BACKLOG * NANOSECONDS)
         self.slipped_ns = 0
         self.latest_ns = 0
+        self.lateness = Lateness()
         self.set_factor(factor, now_ns)
 
     def set_factor(self, factor: float, now_ns: int) -> None:
@@ -27,6 +30,7 @@ class Pacer:
         pace = self._rate * Fraction(factor)
         self.free = pace == 0
         self._numerator, self._denominator = pace.numerator, pace.denominator * NANOSECONDS
+        self._period_ns = 0 if self.free else self._denominator // self._numerator
         self.start(now_ns)
 
     def start(self, now_ns: int) -> None:
@@ -46,12 +50,18 @@ class Pacer:
             return 0
         self._done += due
         self.latest_ns = max(self.latest_ns, late_ns)
+        self._given, self._oldest_ns = due, now_ns - late_ns
         return due
 
     def take_latest_ns(self) -> int:
         """By how much the latest step was given out after its deadline, since this was last asked."""
         latest_ns, self.latest_ns = self.latest_ns, 0
         return latest_ns
+
+    def published(self, waiting: int, now_ns: int) -> None:
+        """The step was published now after which ``waiting`` more were given out: note how late that is."""
+        if not self.free:
+            self.lateness.add(now_ns - self._oldest_ns - (self._given - 1 - waiting) * self._period_ns)
 
     def deadline_ns(self) -> int:
         """When the next step is due, rounded up to the clock's nanosecond."""

@@ -142,6 +142,9 @@ TABLE: tuple[Parameter, ...] = (
         most=1e6,
         dynamic=True,
     ),
+    Parameter(
+        "realtime_priority", int, 0, "SCHED_FIFO priority of the loop, where permitted; 0 = none.", least=0, most=99
+    ),
     Parameter("lockstep", bool, False, "Each message on the first of wrench.topics advances the simulation, no clock."),
     Parameter("steps_per_command", int, 1, "Steps by which such a message advances it.", least=1, most=1_000_000),
     Parameter("start_paused", bool, False, "Wait for ~/pause or ~/step before the first step."),

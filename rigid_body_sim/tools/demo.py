@@ -91,11 +91,16 @@ def _seconds(text: str) -> float:
 
 
 def installed_scene(name: str) -> Path:
-    """Path of a scene that came with the package: installed by colcon or pip, or in the source tree."""
+    """Path of a scene that came with the package."""
+    return installed(f"{name}.yaml")
+
+
+def installed(file: str) -> Path:
+    """Path of a file in config/: installed by colcon or pip, or in the source tree."""
     here = Path(__file__).resolve()
     folders = [here.parents[2] / "config"]
     folders += [parent / "share/rigid_body_sim/config" for parent in (*here.parents, Path(sys.prefix))]
-    paths = [folder / f"{name}.yaml" for folder in folders]
+    paths = [folder / file for folder in folders]
     return next((path for path in paths if path.is_file()), paths[-1])
 
 

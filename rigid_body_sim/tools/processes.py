@@ -22,7 +22,7 @@ class Child:
     def __init__(self, module: str, arguments: Sequence[str], environment: Mapping[str, str] | None = None):
         self.name = module
         # A file, because a pipe that nobody reads would block the process.
-        self._output = tempfile.TemporaryFile("w+", errors="replace")  # noqa: SIM115  (lives as long as the process)
+        self._output = tempfile.TemporaryFile()  # noqa: SIM115  (lives as long as the process)
         self._process = subprocess.Popen(
             [sys.executable, "-m", module, *arguments],
             stdin=subprocess.DEVNULL,
@@ -56,9 +56,14 @@ class Child:
             self._process.wait()
         self._output.close()
 
+    def said(self) -> str:
+        """All that it has printed so far."""
+        # Read in place: the process writes where the file's position is, which it shares.
+        file = self._output.fileno()
+        return os.pread(file, os.fstat(file).st_size, 0).decode(errors="replace")
+
     def _last_line(self) -> str:
-        self._output.seek(0)
-        lines = self._output.read().split("\n")
+        lines = self.said().split("\n")
         return next((line.strip() for line in reversed(lines) if line.strip()), "it said nothing")
 
 
