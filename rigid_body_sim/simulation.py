@@ -112,6 +112,7 @@ class Simulation:
         self._model = self._terms.model(NO_WRENCH)
         self._state = flat.flatten(self.initial_state, self._model)
         self._origin = self._state.copy()
+        self._state_view, self._origin_view = memoryview(self._state), memoryview(self._origin)  # quicker to copy
         self._read_kernel = compiled.ready(flat.read_out, self._state, self._model, self._out)
         self._pose_kernel = compiled.ready(flat.read_pose, self._state, self._model)
         self._impulse_kernel = compiled.ready(flat.add_impulse, self._state, self._model)
@@ -422,7 +423,7 @@ class Simulation:
     def _mark_origin(self) -> None:
         """From here on, evaluate from the present state."""
         self._origin_steps = self.steps
-        self._origin[:] = self._state
+        self._origin_view[:] = self._state_view
 
     def _turned_stiff(self) -> bool:
         """Whether the motion grew too fast for an explicit integrator of ``auto``, so that the implicit one goes on."""
@@ -446,7 +447,7 @@ class Simulation:
 
     def _step_from_origin(self, n: int) -> int:
         """Advance by n steps in one evaluation from where the wrench last changed; return how many were done."""
-        self._state[:] = self._origin
+        self._state_view[:] = self._origin_view
         since = self.steps - self._origin_steps
         return self._steps_kernel(self._state, self._model, self._work, self._h, since + n) - since
 

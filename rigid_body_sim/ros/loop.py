@@ -71,6 +71,9 @@ class Loop:
     def _advance(self, due: int) -> None:
         """Take ``due`` steps, publishing at each step that is a multiple of steps_per_publish."""
         simulation, every = self.simulation, self._every
+        if not self._outputs.heard:
+            self._try_steps(due)
+            return
         while due > 0 and self._try_steps(chunk := min(due, every - simulation.steps % every)):
             due -= chunk
             if simulation.steps % every == 0:
@@ -79,7 +82,7 @@ class Loop:
 
     def _advance_until(self, end_ns: int) -> None:
         while not self.failure and time.monotonic_ns() < end_ns:
-            self._advance(min(self._every, LARGEST_BURST))
+            self._advance(self._every if self._outputs.heard and self._every < LARGEST_BURST else LARGEST_BURST)
 
     def _try_steps(self, n: int) -> bool:
         try:

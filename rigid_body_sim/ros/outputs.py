@@ -323,6 +323,11 @@ class Outputs:
         for channel in self.channels:
             channel.count_listeners()
 
+    @property
+    def heard(self) -> bool:
+        """Whether anybody listens to anything."""
+        return any(channel.listeners for channel in self.channels)
+
     def tick(self, stamp_ns: int) -> None:
         """Send the clock alone."""
         for channel in self.channels:
