@@ -24,7 +24,8 @@ def spectral_radius(state: NDArray, model: NDArray) -> float:
     of forces.new_model, ``state`` that of physics.state.
     """
     matrix = np.zeros(144)
-    _taut_jacobian(state, model.copy(), matrix)
+    with np.errstate(over="ignore", invalid="ignore"):  # plain Python would warn
+        _taut_jacobian(state, model.copy(), matrix)
     if not np.isfinite(matrix).all():
         return math.inf
     radius = float(np.abs(np.linalg.eigvals(matrix.reshape(12, 12))).max())
