@@ -127,7 +127,7 @@ class Simulation:
         """
         name, terms = scene["integrator.name"], scene.terms()
         if name not in integrators.CHOICES:
-            raise ValueError(f"parameter integrator.name = {name!r}: give one of {', '.join(integrators.CHOICES)}")
+            raise ValueError(f"parameter integrator.name = {name!r}: give {integrators.RULE}")
         if name != integrators.AUTO and (shortfall := integrators.shortfall(name, terms)):
             raise ValueError(f"parameter integrator.name = {name!r}: {shortfall}")
         return cls(

@@ -19,12 +19,13 @@ _ALL = (
 AUTO = "auto"  # no integrator: the choice of one by what a scene uses, which scene.plan makes
 REGISTRY: dict[str, Integrator] = {integrator.name: integrator for integrator in _ALL}
 CHOICES = (AUTO, *REGISTRY)
+RULE = "one of " + ", ".join(CHOICES)  # for the parameter integrator.name, which the schema cannot know
 
 
 def get(name: str) -> Integrator:
     """The integrator of that name. Raises ValueError, naming those there are, for any other."""
     if name not in REGISTRY:
-        raise ValueError(f"integrator {name!r} is not known; choose one of {', '.join(CHOICES)}")
+        raise ValueError(f"integrator {name!r} is not known; choose {RULE}")
     return REGISTRY[name]
 
 
@@ -40,4 +41,4 @@ def shortfall(name: str, terms: Terms) -> str:
     return ""
 
 
-__all__ = ["AUTO", "CHOICES", "REGISTRY", "Integrator", "get", "shortfall"]
+__all__ = ["AUTO", "CHOICES", "REGISTRY", "RULE", "Integrator", "get", "shortfall"]

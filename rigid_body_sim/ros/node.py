@@ -5,6 +5,7 @@ import time
 
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.node import Node
+from rclpy.qos_overriding_options import QoSOverridingOptions
 
 from ..scene.loader import Scene
 from ..simulation import Simulation
@@ -32,7 +33,9 @@ class RigidBodyNode(Node):
         self.simulation = Simulation.from_scene(self.scene)
         self._outputs = Outputs(self, self.scene, self.simulation)
         self.loop = Loop(self.scene, self.simulation, self._outputs, self._epoch_ns(), self.get_logger().error)
-        self._diagnostics_publisher = self.create_publisher(DiagnosticArray, "/diagnostics", QUEUE)
+        self._diagnostics_publisher = self.create_publisher(
+            DiagnosticArray, "/diagnostics", QUEUE, qos_overriding_options=QoSOverridingOptions.with_default_policies()
+        )
         self._inputs = Inputs(self, self.scene, self.loop)
         services.create(self, self.loop, self.reset)
         parameters.refuse_undeclared(self)

@@ -7,6 +7,7 @@ from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor, SetParam
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
+from ..integrators import RULE
 from ..scene import schema
 from ..scene.loader import Scene
 
@@ -147,7 +148,7 @@ def _descriptor(name: str) -> ParameterDescriptor:
     parameter = schema.find(name)
     descriptor = ParameterDescriptor(
         description=f"{parameter.text}{f' [{parameter.unit}]' if parameter.unit else ''}",
-        additional_constraints=parameter.rule,
+        additional_constraints=RULE if name == "integrator.name" else parameter.rule,
         read_only=not parameter.dynamic,
     )
     if parameter.type is float and parameter.most is not None:

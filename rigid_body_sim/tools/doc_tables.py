@@ -15,7 +15,8 @@ def parameters_table() -> str:
     for p in schema.TABLE:
         shown = "must be given" if p.required else f"`{_shown(p.default)}`"
         dynamic = "yes" if p.dynamic else ""
-        lines.append(f"| `{p.name}` | {schema.TYPES[p.type]} | {shown} | {p.unit} | {dynamic} | {p.rule} | {p.text} |")
+        rule = integrators.RULE if p.name == "integrator.name" else p.rule
+        lines.append(f"| `{p.name}` | {schema.TYPES[p.type]} | {shown} | {p.unit} | {dynamic} | {rule} | {p.text} |")
     return "\n".join(lines)
 
 
