@@ -333,6 +333,15 @@ class Simulation:
             self.steps = 0
         self._begin_anew({})
 
+    def restart_time(self) -> None:
+        """Count steps from zero. The motion goes on, and each held wrench for what is left of its time."""
+        passed, held = self.steps, self._sources.items()
+        self._sources = {name: (wrench, None if end is None else end - passed) for name, (wrench, end) in held}
+        self._expiry = None if self._expiry is None else self._expiry - passed
+        if self._origin_steps is not None:
+            self._origin_steps -= passed
+        self.steps = 0
+
     def set_state(self, state: State) -> None:
         """Go on from ``state``; time and held wrenches stay. Raises ValueError, and changes nothing, on overflow."""
         self._state[:] = flat.flatten(state, self._model)

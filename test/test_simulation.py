@@ -602,3 +602,45 @@ def test_motion_is_the_same_whatever_is_read_in_between():
         assert watched.describe()
     unwatched.step(10)
     assert watched.save() == unwatched.save()
+
+
+# Time from zero -----------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("integrator", ["auto", "taylor", "rk4"])
+def test_time_from_zero_changes_the_count_of_steps_alone(integrator):
+    """The motion goes on to the same bits, through the ends of two held wrenches, and without any."""
+    simulations = [
+        Simulation(
+            Body(mass=2.0, inertia=(1.0, 2.0, 2.5)), State(angular_velocity=(0.3, 2.0, 0.1)), integrator=integrator
+        )
+        for _ in range(2)
+    ]
+    for simulation in simulations:
+        simulation.set_wrench(Wrench(torque_body=(0.0, 0.3, 1.0)), hold=0.150, source="a")
+        simulation.set_wrench(Wrench(force_world=(1.0, 0.0, 0.0)), hold=0.200, source="b")
+    restarted, plain = simulations
+    for count, passed in ((100, 100), (120, 220), (500, 720)):
+        for simulation in simulations:
+            simulation.step(count)
+        restarted.restart_time()
+        assert restarted.steps == 0 and plain.steps == passed
+        assert restarted.time_ns == 0
+        assert restarted.state.values.tolist() == plain.state.values.tolist()
+        assert restarted.wrench == plain.wrench
+
+
+def test_time_from_zero_with_the_closed_form():
+    """``exact`` counts from where it was started; its answer does not change by a bit either."""
+    body, spin = Body(mass=2.0, inertia=(1.0, 2.0, 2.5)), State(angular_velocity=(0.3, 2.0, 0.1))
+    restarted, plain = (Simulation(body, spin, integrator="exact") for _ in range(2))
+    for _ in range(3):
+        for simulation in (restarted, plain):
+            simulation.step(1000)
+        restarted.restart_time()
+        assert restarted.state.values.tolist() == plain.state.values.tolist()
+    again = Simulation(body, spin, integrator="exact")
+    again.restore(restarted.save())
+    again.step(1000)
+    plain.step(1000)
+    assert again.steps == 1000 and again.state.values.tolist() == plain.state.values.tolist()

@@ -61,6 +61,10 @@ class Inputs:
         """After a reset there was no command yet."""
         self._steps.clear()
 
+    def on_time_moved(self, steps: int) -> None:
+        """After the count of steps was changed by so many."""
+        self._steps = {topic: step + steps for topic, step in self._steps.items()}
+
     def _subscribe(self, node: Node, kind: type, topic: str, callback: Callable[[bytes], None]) -> None:
         overridable = QoSOverridingOptions.with_default_policies()
         guarded = self._guarded(callback)

@@ -1,6 +1,8 @@
 """The loop: takes the steps that are due, publishes, and keeps what pause, step and reset mean in one place."""
 
 import time
+from collections.abc import Callable
+from dataclasses import dataclass
 
 from ..scene.loader import Scene
 from ..simulation import Simulation, SimulationError
@@ -15,6 +17,20 @@ CLOCK_NS = NANOSECONDS // 10  # wall time between two ticks of /clock while time
 
 class StoppedError(Exception):
     """Something was asked for that a simulation cannot do in its present mode; the text says what would be right."""
+
+
+@dataclass
+class Run:
+    """Steps asked for while paused, of which every turn of the loop takes some.
+
+    ``on_progress(taken, left)`` is called after each turn, and at the end ``on_end(why)``, once: with no text when all
+    steps are taken.
+    """
+
+    left: int
+    on_progress: Callable[[int, int], None]
+    on_end: Callable[[str], None]
+    taken: int = 0
 
 
 class Loop:
@@ -34,6 +50,7 @@ class Loop:
         self._outputs, self._epoch_ns, self._complain = outputs, epoch_ns, complain
         self.pacer = Pacer(simulation.rate, time.monotonic_ns(), scene["real_time_factor"])
         self._clock_due_ns = 0
+        self._run: Run | None = None
 
     @property
     def mode(self) -> str:
@@ -48,7 +65,9 @@ class Loop:
     def turn(self) -> None:
         """Take the steps that are due now."""
         now_ns = time.monotonic_ns()
-        if self.mode != "running":
+        if self._run is not None:
+            self._go_on(self._run, now_ns + BURST_NS)
+        elif self.mode != "running":
             self._keep_clock_ticking(now_ns)
         elif self.pacer.free:
             self._advance_until(now_ns + BURST_NS)
@@ -57,15 +76,19 @@ class Loop:
 
     def idle_ns(self, now_ns: int) -> int:
         """Wall time [ns] until there is something to do, however small."""
+        if self._run is not None:
+            return 0
         if self.mode != "running":
             return LONGEST_SLEEP_NS
         return 0 if self.pacer.free else min(LONGEST_SLEEP_NS, self.pacer.deadline_ns() - now_ns)
 
     def publish(self) -> None:
         """Publish what is asked for of the present step, all with its stamp."""
-        self._outputs.publish(self._stamp_ns())
+        self._outputs.publish(self.stamp_ns)
 
-    def _stamp_ns(self) -> int:
+    @property
+    def stamp_ns(self) -> int:
+        """Time [ns] in the stamps of the present step."""
         return self._epoch_ns + self.simulation.time_ns
 
     def _advance(self, due: int) -> None:
@@ -84,6 +107,24 @@ class Loop:
         while not self.failure and time.monotonic_ns() < end_ns:
             self._advance(self._every if self._outputs.heard and self._every < LARGEST_BURST else LARGEST_BURST)
 
+    def _go_on(self, run: Run, end_ns: int) -> None:
+        """Take steps of ``run`` until some time, one burst at least."""
+        while run.left and not self.failure:
+            before = self.simulation.steps
+            self._advance(min(run.left, self._every, LARGEST_BURST))
+            done = self.simulation.steps - before
+            run.taken, run.left = run.taken + done, run.left - done
+            if time.monotonic_ns() >= end_ns:
+                break
+        run.on_progress(run.taken, run.left)
+        if self.failure or not run.left:
+            self.end_run(self.failure)
+
+    def _publish_between(self) -> None:
+        """Publish the present step, which ``_advance`` has done when it is a multiple of steps_per_publish."""
+        if self.simulation.steps % self._every:
+            self.publish()
+
     def _try_steps(self, n: int) -> bool:
         try:
             self.simulation.step(n)
@@ -97,7 +138,7 @@ class Loop:
     def _keep_clock_ticking(self, now_ns: int) -> None:
         """Whoever waits for /clock must hear it while time stands still, too."""
         if now_ns >= self._clock_due_ns:
-            self._outputs.tick(self._stamp_ns())
+            self._outputs.tick(self.stamp_ns)
             self._clock_due_ns = now_ns + CLOCK_NS
 
     # What others ask for, between two steps ---------------------------------------------------------------------------
@@ -122,23 +163,52 @@ class Loop:
             raise StoppedError(f"stopped; ~/reset starts afresh: {self.failure}")
         already = "already " if self.paused == wanted else ""
         if not wanted and self.paused:
+            self.end_run("the simulation was set going")
             self.pacer.start(time.monotonic_ns())
         self.paused = wanted
         return f"{already}{self.mode}"
 
     def step(self, n: int = 1) -> str:
         """Take n steps while paused and publish; returns where that led. Raises StoppedError when it cannot be done."""
-        if self.failure or not self.paused:
-            raise StoppedError(self.failure or "not paused; call ~/pause with true first")
-        if not self._try_steps(n):
+        self._need_a_pause()
+        self._advance(n)
+        if self.failure:
             raise StoppedError(self.failure)
-        self.publish()
+        self._publish_between()
         return f"step {self.simulation.steps}, simulated time {self.simulation.time:.9g} s"
 
-    def reset(self) -> str:
-        """Back to the initial state; returns what became of the time."""
-        self.simulation.reset(keep_time=self._keep_time)
-        self.failure = ""
+    def begin_run(self, run: Run) -> None:
+        """Take the steps of ``run``, as fast as possible. Raises StoppedError when none can be taken now."""
+        self._need_a_pause()
+        self._run = run
+
+    def end_run(self, why: str) -> None:
+        """End the run that goes on, if there is one."""
+        run, self._run = self._run, None
+        if run is not None:
+            if not self.failure:
+                self._publish_between()
+            run.on_end(why)
+
+    def _need_a_pause(self) -> None:
+        if self.failure or not self.paused:
+            raise StoppedError(self.failure or "not paused; call ~/pause with true first")
+        if self._run is not None:
+            raise StoppedError(f"{self._run.left} steps asked for earlier are still to be taken; wait, or cancel them")
+
+    def reset(self, *, state: bool = True, time_too: bool | None = None) -> str:
+        """Back to the initial state, to time zero, or both; returns what became of the time.
+
+        ``time_too`` None means as the parameter ``reset_time`` says.
+        """
+        keep_time = self._keep_time if time_too is None else not time_too
+        self.end_run("the simulation was reset")
+        if state:
+            self.simulation.reset(keep_time=keep_time)
+            self.failure = ""
+        elif not keep_time:
+            self.simulation.restart_time()
         self.pacer.start(time.monotonic_ns())
         self.on_changed_state()
-        return f"initial state, no wrench, simulated time {'goes on' if self._keep_time else 'from zero'}"
+        what = "initial state, no wrench" if state else "state kept"
+        return f"{what}, simulated time {'goes on' if keep_time else 'from zero'}"

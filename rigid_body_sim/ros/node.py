@@ -9,7 +9,7 @@ from rclpy.qos_overriding_options import QoSOverridingOptions
 
 from ..scene.loader import Scene
 from ..simulation import Simulation
-from . import diagnostics, messages, parameters, realtime, services
+from . import diagnostics, messages, parameters, realtime, services, standard_services
 from .executor import executor_for
 from .inputs import Inputs
 from .loop import Loop
@@ -38,11 +38,13 @@ class RigidBodyNode(Node):
         )
         self._inputs = Inputs(self, self.scene, self.loop)
         services.create(self, self.loop, self.reset)
+        standard_services.create(self, self.scene, self.loop, self.reset, self._quit)
         parameters.refuse_undeclared(self)
         self._changes = parameters.Changes(self, self.scene, self._take)
         self._report_due_ns = time.monotonic_ns() + NANOSECONDS
         self._last_reading = self._reading()
         self._plans_told: set[str] = set()
+        self._stop: StopRequest | None = None
 
     def _epoch_ns(self) -> int:
         """Stamp of simulated time zero: zero where this node makes the time or repeats to the bit, else now."""
@@ -50,6 +52,7 @@ class RigidBodyNode(Node):
 
     def run(self, stop: StopRequest) -> None:
         """Simulate until ``stop`` is requested."""
+        self._stop = stop
         executor = executor_for(self)
         self._be_prompt()
         gc.collect()
@@ -78,12 +81,20 @@ class RigidBodyNode(Node):
         if (priority := self.scene["realtime_priority"]) and (refusal := realtime.set_priority(priority)):
             self.get_logger().warning(f"parameter realtime_priority = {priority} has no effect: {refusal}")
 
-    def reset(self) -> str:
-        """Back to the initial state; returns what became of the time."""
-        text = self.loop.reset()
-        self._inputs.forget()
+    def reset(self, *, state: bool = True, time_too: bool | None = None) -> str:
+        """Back to the initial state, to time zero, or both, as Loop.reset; returns what became of the time."""
+        before = self.simulation.steps
+        text = self.loop.reset(state=state, time_too=time_too)
+        if state:
+            self._inputs.forget()
+        else:
+            self._inputs.on_time_moved(self.simulation.steps - before)
         self._last_reading = self._reading()
         return text
+
+    def _quit(self) -> None:
+        """End as on SIGTERM. Services are served in ``run`` alone, which has set what to ask."""
+        self._stop.requested = True
 
     def _take(self, scene: Scene) -> None:
         """Go on with the dynamic parameters of ``scene``. Raises ValueError, and changes nothing, when it cannot be."""

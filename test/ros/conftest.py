@@ -43,7 +43,7 @@ def run_node(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def connect(context, run_node):
-    """Start a node in a namespace of its own and talk to it: ``connect(parameters)``.
+    """Start a node in a namespace of its own and talk to it: ``connect(parameters, environment={})``.
 
     At the end of the module each is stopped by SIGINT, which must leave no traceback and exit status 0.
     """
@@ -51,9 +51,9 @@ def connect(context, run_node):
 
     remotes = []
 
-    def start(parameters):
+    def start(parameters, **options):
         namespace = f"/n{next(_numbers)}"
-        process = run_node(parameters, arguments=["-r", f"__ns:={namespace}"], namespace=namespace)
+        process = run_node(parameters, arguments=["-r", f"__ns:={namespace}"], namespace=namespace, **options)
         remotes.append(Remote(process, namespace, context, parameters.get("wrench.topics", ("wrench",))))
         return remotes[-1]
 

@@ -1,0 +1,173 @@
+"""Runs of steps while paused: the loop alone, with a list for its publishers. No DDS in here."""
+
+import pytest
+
+from rigid_body_sim import Scene, Simulation, Wrench
+
+pytest.importorskip("rclpy")
+loops = pytest.importorskip("rigid_body_sim.ros.loop")
+
+SCENE = {"rate": 1000.0, "publish_rate": 100.0, "start_paused": True, "body.mass": 2.0}
+MANY = 10**18
+TOO_MUCH = Wrench(torque_body=(0.0, 0.0, 1e9))
+
+
+class Published:
+    """Steps at which something was published."""
+
+    def __init__(self, simulation):
+        self.simulation, self.steps = simulation, []
+
+    def publish(self, _):
+        self.steps.append(self.simulation.steps)
+
+    def tick(self, _):
+        raise AssertionError("a clock that stands still while steps are taken")
+
+
+class Told:
+    """A run, and what it said of itself."""
+
+    def __init__(self, steps):
+        self.progress, self.ends = [], []
+        self.run = loops.Run(steps, lambda *taken_left: self.progress.append(taken_left), self.ends.append)
+
+
+@pytest.fixture
+def loop():
+    scene = Scene(SCENE)
+    simulation = Simulation.from_scene(scene)
+    loop = loops.Loop(scene, simulation, Published(simulation), 0, lambda _: None)
+    loop.published = loop._outputs.steps
+    return loop
+
+
+def turn_until_ended(loop, told):
+    turns = 0
+    while not told.ends:
+        assert loop.idle_ns(0) == 0, "the loop sleeps while there are steps to take"
+        loop.turn()
+        turns += 1
+        assert turns < 10_000
+    return turns
+
+
+def test_run_takes_its_steps_and_no_other(loop):
+    """Published every tenth step and at the last one, as ``~/step`` would."""
+    told = Told(25)
+    loop.begin_run(told.run)
+    assert loop.simulation.steps == 0, "steps taken inside a service"
+    turn_until_ended(loop, told)
+    assert loop.simulation.steps == 25 and told.ends == [""]
+    assert loop.published == [10, 20, 25]
+    assert told.progress[-1] == (25, 0)
+    assert loop.idle_ns(0) > 0
+
+
+def test_run_and_single_steps_lead_to_the_same_bits(loop):
+    """Also where a wrench ends within the run."""
+    loop.simulation.set_wrench(Wrench(force_body=(1.0, 0.2, 0.0), torque_body=(0.1, 0.0, 0.3)), hold=0.777)
+    other = Simulation.from_scene(Scene(SCENE))
+    other.restore(loop.simulation.save())
+    told = Told(2000)
+    loop.begin_run(told.run)
+    turn_until_ended(loop, told)
+    for _ in range(2000):
+        other.step()
+    assert loop.simulation.save() == other.save()
+
+
+def test_progress_counts_every_step(loop):
+    told = Told(200_000)
+    loop.begin_run(told.run)
+    turns = turn_until_ended(loop, told)
+    assert len(told.progress) == turns
+    assert all(taken + left == 200_000 for taken, left in told.progress)
+    assert [taken for taken, _ in told.progress] == sorted({taken for taken, _ in told.progress})
+
+
+def test_run_of_no_steps_ends_at_once(loop):
+    told = Told(0)
+    loop.begin_run(told.run)
+    assert turn_until_ended(loop, told) == 1
+    assert loop.simulation.steps == 0 and told.ends == [""]
+
+
+def test_turn_ends_although_the_run_does_not(loop):
+    """10¹⁸ steps take longer than anybody waits; each turn gives the rest of the node its time."""
+    told = Told(MANY)
+    loop.begin_run(told.run)
+    for _ in range(3):
+        loop.turn()
+    assert not told.ends and 0 < loop.simulation.steps < MANY
+    loop.end_run("enough")
+    steps = loop.simulation.steps
+    loop._outputs.tick = lambda _: None
+    loop.turn()
+    assert told.ends == ["enough"] and loop.simulation.steps == steps
+    loop.end_run("again")
+    assert told.ends == ["enough"], "one run has two ends"
+
+
+@pytest.mark.parametrize(
+    ("act", "why"),
+    [
+        (lambda loop: loop.pause(False), "set going"),
+        (lambda loop: loop.reset(), "was reset"),
+        (lambda loop: loop.reset(state=False, time_too=True), "was reset"),
+    ],
+)
+def test_what_ends_a_run(loop, act, why):
+    told = Told(MANY)
+    loop.begin_run(told.run)
+    loop.turn()
+    act(loop)
+    assert len(told.ends) == 1 and why in told.ends[0]
+
+
+def test_one_run_at_a_time(loop):
+    told = Told(MANY)
+    loop.begin_run(told.run)
+    for another in (lambda: loop.begin_run(Told(1).run), loop.step):
+        with pytest.raises(loops.StoppedError, match="still to be taken; wait, or cancel them"):
+            another()
+    assert not told.ends
+    loop.end_run("")
+
+
+def test_run_needs_a_pause(loop):
+    loop.pause(False)
+    with pytest.raises(loops.StoppedError, match="not paused"):
+        loop.begin_run(Told(1).run)
+
+
+def test_run_that_cannot_go_on_says_why(loop):
+    loop.simulation.set_wrench(TOO_MUCH)
+    told = Told(100)
+    loop.begin_run(told.run)
+    turn_until_ended(loop, told)
+    assert len(told.ends) == 1 and "cannot be done" in told.ends[0]
+    assert told.progress[-1][1] > 0
+    with pytest.raises(loops.StoppedError, match="cannot be done"):
+        loop.begin_run(Told(1).run)
+    assert loop.published[-1] == loop.simulation.steps, "the last good state is not shown"
+    assert len(set(loop.published)) == len(loop.published), "a state is published twice"
+
+
+def test_several_steps_at_once_publish_as_the_loop_does(loop):
+    loop.step(25)
+    assert loop.published == [10, 20, 25]
+    loop.step(5)
+    assert loop.published == [10, 20, 25, 30]
+
+
+@pytest.mark.parametrize(("state", "time_too"), [(True, True), (True, False), (False, True)])
+def test_reset_of_state_and_time_apart(loop, state, time_too):
+    loop.simulation.set_wrench(Wrench(force_world=(2.0, 0.0, 0.0)))
+    loop.step(100)
+    moved = loop.simulation.state.position[0]
+    assert moved == pytest.approx(0.005, rel=1e-12)  # F t² / 2 m; measured 1.1e-16 off
+    loop.reset(state=state, time_too=time_too)
+    assert loop.simulation.state.position[0] == (0.0 if state else moved)
+    assert loop.stamp_ns == (0 if time_too else 100_000_000)
+    assert loop.published[-1] == loop.simulation.steps
