@@ -72,7 +72,7 @@ class Loop:
         elif self.pacer.free:
             self._advance_until(now_ns + BURST_NS)
         else:
-            self._advance(self.pacer.due(now_ns))
+            self._advance(self.pacer.due(now_ns), paced=True)
 
     def idle_ns(self, now_ns: int) -> int:
         """Wall time [ns] until there is something to do, however small."""
@@ -91,8 +91,11 @@ class Loop:
         """Time [ns] in the stamps of the present step."""
         return self._epoch_ns + self.simulation.time_ns
 
-    def _advance(self, due: int) -> None:
-        """Take ``due`` steps, publishing at each step that is a multiple of steps_per_publish."""
+    def _advance(self, due: int, paced: bool = False) -> None:
+        """Take ``due`` steps, publishing at each step that is a multiple of steps_per_publish.
+
+        Steps that the pacer gave out are ``paced``: it notes how late each was published.
+        """
         simulation, every = self.simulation, self._every
         if not self._outputs.heard:
             self._try_steps(due)
@@ -101,7 +104,8 @@ class Loop:
             due -= chunk
             if simulation.steps % every == 0:
                 self.publish()
-                self.pacer.published(due, time.monotonic_ns())
+                if paced:
+                    self.pacer.published(due, time.monotonic_ns())
 
     def _advance_until(self, end_ns: int) -> None:
         while not self.failure and time.monotonic_ns() < end_ns:

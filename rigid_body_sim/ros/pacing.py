@@ -60,8 +60,7 @@ class Pacer:
 
     def published(self, waiting: int, now_ns: int) -> None:
         """The step was published now after which ``waiting`` more were given out: note how late that is."""
-        if not self.free:
-            self.lateness.add(now_ns - self._oldest_ns - (self._given - 1 - waiting) * self._period_ns)
+        self.lateness.add(now_ns - self._oldest_ns - (self._given - 1 - waiting) * self._period_ns)
 
     def deadline_ns(self) -> int:
         """When the next step is due, rounded up to the clock's nanosecond."""

@@ -38,9 +38,3 @@ def test_publication_is_late_by_the_time_since_its_own_deadline():
     for waiting in (4, 3, 2, 1, 0):
         pacer.published(waiting, START + 5_400_000)
     assert late == [4_400_000, 3_400_000, 2_400_000, 1_400_000, 400_000]
-
-
-def test_without_deadlines_nothing_is_late():
-    pacer = Pacer(1000.0, START, 0.0)
-    pacer.published(0, START + 5_000_000)
-    assert pacer.lateness.take_p99_ns() == 0

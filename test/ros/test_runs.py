@@ -15,6 +15,8 @@ TOO_MUCH = Wrench(torque_body=(0.0, 0.0, 1e9))
 class Published:
     """Steps at which something was published."""
 
+    heard = True
+
     def __init__(self, simulation):
         self.simulation, self.steps = simulation, []
 
