@@ -1,4 +1,4 @@
-"""How pictures look: fonts, colours and grid in one place, each picture as SVG and PNG. Imports matplotlib when used."""
+"""How pictures look: fonts, colours and grid in one place, each as SVG and PNG. Imports matplotlib when used."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -42,6 +42,8 @@ def save(drawn: "Figure", folder: Path, stem: str, caption: str) -> Picture:
     """Write the figure as ``stem``.svg and ``stem``.png, the same bytes for the same picture."""
     import matplotlib
 
+    drawn.get_layout_engine().execute(drawn)  # once for both files
+    drawn.set_layout_engine("none")
     with matplotlib.rc_context({"svg.hashsalt": stem}):
         drawn.savefig(folder / f"{stem}.svg", metadata={"Date": None, "Creator": None})
     drawn.savefig(folder / f"{stem}.png", dpi=PNG_DPI, metadata={"Software": None})

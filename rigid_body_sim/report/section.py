@@ -18,13 +18,17 @@ FAILED = "failed"  # the only entry of the result of a measurement that raised: 
 
 @dataclass(frozen=True)
 class Settings:
-    """What is to be measured. ``problems`` and ``peers``: names, None for all; ``seed`` decides all random choices."""
+    """What is to be measured. ``problems`` and ``peers``: names, None for all; ``seed`` decides all random choices.
+
+    ``node_bench``: the JSON file that the node's benchmark wrote.
+    """
 
     quick: bool = False
     seed: int = 1
     integrators: tuple[str, ...] = integrators.CHOICES
     problems: tuple[str, ...] | None = None
     peers: tuple[str, ...] | None = None
+    node_bench: Path | None = None
 
 
 @dataclass(frozen=True)
