@@ -143,7 +143,7 @@ def draw_decay(measured: Mapping[str, dict[str, Any]], folder: Path, stem: str, 
             ("departures", "errors"),
             strict=True,
         ):
-            curves = [(kind, one["angles"], [max(v, 1e-17) for v in one[field]]) for kind, one in measured.items()]
+            curves = [(kind, one["angles"], one[field]) for kind, one in measured.items()]
             _plot(panel, curves, label, "angle turned [rad]")
         handles, labels = figure.axes[0].get_legend_handles_labels()
         figure.legend(handles, labels, loc="outside upper center", ncols=2, fontsize=10)
@@ -153,6 +153,15 @@ def draw_decay(measured: Mapping[str, dict[str, Any]], folder: Path, stem: str, 
 def _plot(panel: "Axes", curves: Sequence[Curve], label: str, across: str) -> None:
     for k, (name, x, y) in enumerate(curves):
         colour, line, marker = _STYLES[_STYLE_OF.get(name, k)]
-        panel.loglog(x, y, color=colour, linestyle=line, marker=marker, markersize=4, linewidth=1.6, label=name)
+        panel.loglog(
+            x,
+            [max(value, 1e-17) for value in y],
+            color=colour,
+            linestyle=line,
+            marker=marker,
+            markersize=4,
+            linewidth=1.6,
+            label=name,
+        )
     panel.set_xlabel(across)
     panel.set_ylabel(label)

@@ -96,10 +96,11 @@ def _of_auto(drawn: Map, measured: dict[str, object]) -> str:
     if bad:
         where = f"{drawn.rows_label} {bad[0]['row']}, {drawn.columns_label} {bad[0]['column']}"
         return f"`auto` is wrong or diverges in {len(bad)} of {len(every)} cells, such as {where}"
-    refused = sum(outcome is Outcome.REFUSED for outcome in every)
+    refused = [cell for cell in flat(measured) if Outcome(cell["outcome"]) is Outcome.REFUSED]
     cells = f"all {len(every)} cells"
     if refused:
-        cells = f"{len(every) - refused} of {len(every)} cells and refuses the rest"
+        why = refused[0]["said"].split(";")[0]
+        cells = f"{len(every) - len(refused)} of {len(every)} cells and refuses the rest ({why})"
     return f"`auto` is accurate in {cells}, with an error of at most {worst_error(measured):.1e}"
 
 

@@ -9,7 +9,7 @@ import pytest
 from rigid_body_sim.report.section import FAILED, Paragraph, Picture, Settings, Table
 from rigid_body_sim.report.stability import drawing, long_run, maps, matrix
 from rigid_body_sim.report.stability.outcome import Outcome
-from rigid_body_sim.report.stability.section import MAPS, Stability
+from rigid_body_sim.report.stability.section import MAPS, Stability, growth_sentence
 
 pytest.importorskip("matplotlib")
 
@@ -106,7 +106,7 @@ def test_page_without_results_and_with_failed_ones(tmp_path):
 def hand_made(*outcomes):
     """A map of one row, with hardness 1, 2, ...; errors of 1e-9 where accurate and 0.5 where wrong."""
     error = {Outcome.ACCURATE: 1e-9, Outcome.WRONG: 0.5}
-    cells = [{"outcome": o.value, "error": error.get(o), "said": ""} for o in outcomes]
+    cells = [{"outcome": o.value, "error": error.get(o), "said": "too small; why"} for o in outcomes]
     return {"rows": [1.0], "columns": [float(k + 1) for k in range(len(cells))], "cells": [cells]}
 
 
@@ -126,7 +126,7 @@ def test_conclusion_says_what_the_cells_say():
     few = {"auto": hand_made(A, A, R), "rk4": hand_made(A, W, D), "taylor": hand_made(R, R, R)}
     said = maps.conclusion(drawn, few)
     assert said == (
-        "`auto` is accurate in 2 of 3 cells and refuses the rest, with an error of at most 1.0e-09; "
+        "`auto` is accurate in 2 of 3 cells and refuses the rest (too small), with an error of at most 1.0e-09; "
         "right only up to h [s] of about: `rk4` 1."
     )
     several = {"auto": hand_made(A, W, D), "exact": hand_made(A, A, R), "rk4": hand_made(W, A, A)}
@@ -136,10 +136,10 @@ def test_conclusion_says_what_the_cells_say():
 
 
 def test_headline_tells_of_auto_in_the_red():
-    good, bad = {"map/spin/auto": hand_made(A, A)}, {"map/mass/auto": hand_made(A, W, D)}
+    good, bad = {"map/spin/auto": hand_made(A, A, R)}, {"map/mass/auto": hand_made(A, W, D)}
     assert SECTION.headlines(good) == [
-        "`auto` is never wrong and never diverges on 1 stability maps with 2 cells; its largest error is 1.0e-09 of "
-        "the motion's own scale."
+        "`auto` is never wrong and never diverges on 1 stability maps with 3 cells, of which it refuses 1; its "
+        "largest error is 1.0e-09 of the motion's own scale."
     ]
     assert SECTION.headlines({**good, **bad}) == [
         "`auto` is wrong or diverges on 1 of 2 stability maps: mass (2 cells)."
@@ -153,6 +153,17 @@ def test_growth_of_errors_is_fitted():
         assert long_run.exponent(steps, [1e-16 * n**power for n in steps], 1000) == pytest.approx(power)
     runs = [{"steps": [1, 2], "errors": [3.0, 0.0]}, {"steps": [1, 2], "errors": [4.0, 2.0]}]
     assert long_run.together(runs) == ([1, 2], [pytest.approx(12.5**0.5), pytest.approx(2**0.5)])
+
+
+def test_growth_beyond_brouwers_law_is_said():
+    steps = long_run.checkpoints(10**6)
+    runs = {f"n^{p}": (steps, [1e-16 * n**p for n in steps]) for p in (0.0, 0.5, 1.0)}
+    said = growth_sentence("energy", runs)
+    assert (
+        "`n^0.0` 1.0e-16 after 1e+06 steps, not growing; `n^0.5` 1.0e-13 after 1e+06 steps, growing as n^0.50" in said
+    )
+    assert said.endswith("faster than that, so by something systematic: `n^1.0`.")
+    assert growth_sentence("attitude", runs).endswith("none grows faster.")
 
 
 def test_round_off_of_taylor_grows_as_brouwer_says():
