@@ -23,6 +23,7 @@ setup(
     maintainer="rigid_body_sim maintainers",
     maintainer_email="maintainers@example.org",
     packages=find_packages(exclude=["test", "test.*"]),
+    package_data={f"{package_name}.report": ["reference/*.json"]},
     data_files=data_files,
     zip_safe=True,
     python_requires=">=3.10",
@@ -31,7 +32,7 @@ setup(
         "ros": ["ros-jazzy-rclpy[fastrtps]", "ros-jazzy-common-interfaces"],
         "fast": ["numba"],
         "mesh": ["trimesh"],
-        "report": ["matplotlib", "tqdm"],
+        "report": ["matplotlib", "mpmath", "tqdm"],
         "bag": ["rosbags"],
         # bsk is Basilisk and pin is Pinocchio; the names "basilisk" and "pinocchio" on PyPI are other projects.
         "peers": ["bsk", "diffrax", "drake", "jax", "mujoco", "pin", "scipy"],

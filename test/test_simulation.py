@@ -231,6 +231,16 @@ def test_step_that_cannot_be_done_tells_the_last_good_state_in_finite_numbers():
     assert sim.steps == 5
 
 
+def test_attitude_that_cannot_be_normalised_stops_the_simulation():
+    """A spin whose square is beyond the floats would leave the quaternion zero, which is finite but no attitude."""
+    drag = Drag(angular_linear=(1e90, 1e90, 1e90))
+    sim = simulation(State(angular_velocity=(1.0, 2.0, 3.0)), integrator="semi_implicit_euler", drag=drag)
+    with pytest.raises(SimulationError, match="the last good state is kept"):
+        sim.step(10)
+    assert rotation.norm(sim.state.orientation) == pytest.approx(1.0)
+    assert 0 < sim.steps < 10
+
+
 # Forces that always act, and impulses ------------------------------------------------------------------------------
 
 LIFT = [((0.1, 0.0, 0.2), (0.0, 3.0, 20.0)), ((0.0, -0.1, 0.0), (1.0, 0.0, 0.0))]

@@ -85,8 +85,8 @@ def _step(state, model, work, h):
             trial = left
         error = math.inf
         if _stages(state, model, work, trial):
-            noise_rate = min(_stiffness(model, work) * trial, 1.0 / trial)
-            error = weighed(state, model, work, _Z, _LAST, max(trial / h, share), noise_rate)
+            rate = min(_stiffness(model, work) * trial, 1.0 / trial)
+            error = weighed(state, model, work, _Z, _LAST, max(trial / h, share), rate)
         if error <= 1.0 or (error < math.inf and trial <= SHORTEST * h):
             accept(state, work, _Z)
             left -= trial

@@ -77,13 +77,14 @@ def radius_of_gyration(model):
 
 
 @kernel
-def weighed(state, model, work, z, e, share, noise_rate):
+def weighed(state, model, work, z, e, share, rate):
     """The error work[e:e + 12] of the increments work[z:z + 12] as a multiple of the tolerance, ``share`` of rtol.
 
-    Lengths are weighed against the radius of gyration, angles against 1 rad, momenta against the larger of the present
-    one, the one after the sub-step, and what SLOWEST amounts to. To the tolerance comes what round-off does to position
-    and attitude, and ``noise_rate`` [1/s] times as much to the velocities: far from the origin the force of a stiff
-    tether is noise, which no shorter sub-step takes away.
+    Momenta are weighed against the larger of the present one, the one after the sub-step, and what SLOWEST amounts to;
+    lengths against the radius of gyration and angles against 1 rad, or less: ``rate`` [1/s] is how fast an error of
+    them becomes one of the velocities, and a stiff spring makes a large one of a small one. To the tolerance comes what
+    round-off does to position and attitude, and ``rate`` times as much to the velocities: far from the origin the force
+    of a stiff tether is noise, which no shorter sub-step takes away.
     """
     m, radius = model[MASS], radius_of_gyration(model)
     momentum, spin, far, turn = 0.0, 0.0, radius, 0.0
@@ -93,12 +94,12 @@ def weighed(state, model, work, z, e, share, noise_rate):
         spin = max(spin, abs(state[L + i]), abs(state[L + i] + work[z + 9 + i]))
         turn = max(turn, abs(work[z + 3 + i]))
     tolerance, noise = share * model[RTOL], ROUND_OFF * far
-    size = tolerance * (momentum + spin / radius + m * radius * SLOWEST) + m * noise * noise_rate
+    momentum += spin / radius + m * radius * SLOWEST
+    angle = tolerance * min(1.0, momentum / (m * radius * rate)) if rate > 0.0 else tolerance
+    size = tolerance * momentum + m * noise * rate
     worst = 0.0
     for i in range(3):
-        worst = max(
-            worst, abs(work[e + i]) / (radius * tolerance + noise), abs(work[e + 3 + i]) / (tolerance + ROUND_OFF)
-        )
+        worst = max(worst, abs(work[e + i]) / (radius * angle + noise), abs(work[e + 3 + i]) / (angle + ROUND_OFF))
         worst = max(worst, abs(work[e + 6 + i]) / size, abs(work[e + 9 + i]) / (size * radius))
     return max(worst, TOO_FAR) if turn > LARGEST_TURN else worst
 

@@ -311,8 +311,12 @@ def copy(source, at, target, to):
 
 @kernel
 def is_finite(state):
-    """Whether all 13 numbers are finite: x − x is 0 for those and NaN for infinities and NaN."""
+    """Whether all 13 numbers are finite, and the attitude is one.
+
+    x − x is 0 for finite numbers and NaN for others. A change of the quaternion whose square overflows leaves it zero.
+    """
     total = 0.0
     for i in range(LOW):
         total += state[i] - state[i]
-    return total == 0.0
+    w, x, y, z = state[Q], state[Q + 1], state[Q + 2], state[Q + 3]
+    return total == 0.0 and w * w + x * x + y * y + z * z > 0.0

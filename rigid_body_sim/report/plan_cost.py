@@ -6,7 +6,7 @@ each`` is the kernel called for every step, less what an empty call costs.
 
 import statistics
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 import numpy as np
 
@@ -22,6 +22,7 @@ from .step_cost import GRAVITY, MOMENTS, SPIN, seconds
 ROUNDS = 40
 CALLS = 500
 STEPS = 2000
+LEAST = 1e-9  # s: what cannot be told from an empty call
 TINY = 1e-30  # switches a term on and changes no digit
 
 FULL_WRENCH = Wrench(
@@ -60,33 +61,43 @@ def _simulation(body: Body, state: State, wrench: Wrench, options: dict[str, obj
 
 def calls_of(simulation: Simulation) -> Callable[[int], object]:
     """The kernel that the plan calls, for a number of steps, on a state of its own."""
-    model = new_model(simulation.body, GRAVITY, simulation.wrench, simulation.drag, simulation.tethers)
+    terms = (simulation.body, simulation.gravity, simulation.wrench, simulation.drag, simulation.tethers)
+    model = new_model(*terms, forces=simulation.forces)
     state, work = flatten(simulation.state, model), np.zeros(simulation.integrator.work_size)
     h = 1.0 / simulation.rate
     kernel = compiled.ready(simulation.integrator.steps, state, model, work, h, 1)
     return lambda steps: kernel(state, model, work, h, steps)
 
 
-def costs(simulation: Simulation, call: Callable[[int], object]) -> tuple[float, float]:
-    """Time per step [s] in one call, and with a call each."""
-    each = seconds(lambda: [call(1) for _ in range(CALLS)]) - seconds(lambda: [call(0) for _ in range(CALLS)])
-    return seconds(lambda: simulation.step(STEPS)) / STEPS, each / CALLS
+def costs(simulations: Mapping[str, Simulation], rounds: int) -> dict[str, tuple[float, float]]:
+    """Time per step [s] in one call, and with a call each, by name: medians over rounds in which all take turns."""
+    calls = {name: calls_of(simulation) for name, simulation in simulations.items()}
+    measured: dict[str, list[tuple[float, float, float]]] = {name: [] for name in simulations}
+    for _ in range(rounds):
+        for name, simulation in simulations.items():
+            before = simulation.save()
+            measured[name].append(_costs(simulation, calls[name]))
+            simulation.restore(before)
+    middle = {name: [statistics.median(column) for column in zip(*m, strict=True)] for name, m in measured.items()}
+    return {name: (bulk, max(each - empty, LEAST)) for name, (bulk, each, empty) in middle.items()}
+
+
+def _costs(simulation: Simulation, call: Callable[[int], object]) -> tuple[float, float, float]:
+    """Time [s] of a step in one call, of a step with a call of its own, and of an empty call."""
+    return (
+        seconds(lambda: simulation.step(STEPS)) / STEPS,
+        seconds(lambda: [call(1) for _ in range(CALLS)]) / CALLS,
+        seconds(lambda: [call(0) for _ in range(CALLS)]) / CALLS,
+    )
 
 
 def main() -> int:
     """Print the table."""
     plans = simulations()
-    calls = {name: calls_of(simulation) for name, simulation in plans.items()}
-    measured: dict[str, list[tuple[float, float]]] = {name: [] for name in plans}
-    for _ in range(ROUNDS):
-        for name, simulation in plans.items():
-            state = simulation.save()
-            measured[name].append(costs(simulation, calls[name]))
-            simulation.restore(state)
-    middle = {name: [statistics.median(column) for column in zip(*m, strict=True)] for name, m in measured.items()}
-    full = next(iter(middle.values()))
+    medians = costs(plans, ROUNDS)
+    full = next(iter(medians.values()))
     print("\nA step by each plan, ns: in one call, a call each; and both relative to the full wrench's")
-    for name, (bulk, each) in middle.items():
+    for name, (bulk, each) in medians.items():
         print(
             f"  {name:28s} {1e9 * bulk:8.1f} {1e9 * each:8.0f}   {bulk / full[0]:6.3f} {each / full[1]:6.3f}   "
             f"{plans[name].plan.integrator}"

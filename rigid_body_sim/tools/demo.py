@@ -15,6 +15,7 @@ import numpy as np
 
 from .. import integrators
 from ..physics import compiled, rotation
+from ..scene.installed import installed_scene
 from ..scene.loader import Scene, load_scene
 from . import findings, picture
 from .processes import ChildError, Children, children
@@ -88,20 +89,6 @@ def _seconds(text: str) -> float:
     if not 1.0 <= value < math.inf:
         raise argparse.ArgumentTypeError(f"{text} is not a finite number of seconds of at least 1")
     return value
-
-
-def installed_scene(name: str) -> Path:
-    """Path of a scene that came with the package."""
-    return installed(f"{name}.yaml")
-
-
-def installed(file: str) -> Path:
-    """Path of a file in config/: installed by colcon or pip, or in the source tree."""
-    here = Path(__file__).resolve()
-    folders = [here.parents[2] / "config"]
-    folders += [parent / "share/rigid_body_sim/config" for parent in (*here.parents, Path(sys.prefix))]
-    paths = [folder / file for folder in folders]
-    return next((path for path in paths if path.is_file()), paths[-1])
 
 
 # Watching -------------------------------------------------------------------------------------------------------------

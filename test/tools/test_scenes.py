@@ -8,7 +8,6 @@ import pytest
 from rigid_body_sim import Simulation, Wrench, load_scene
 from rigid_body_sim.physics import invariants, rotation
 from rigid_body_sim.scene import schema
-from rigid_body_sim.tools.demo import installed_scene
 
 CONFIG = Path(__file__).parents[2] / "config"
 SCENES = sorted(path.stem for path in CONFIG.glob("*.yaml"))
@@ -151,8 +150,3 @@ def test_tethered_drone_is_caught_by_its_cord():
         speeds.append(sim.state.velocity[2])
     assert min(lengths) < 19.0 and 20.005 < max(lengths) < 20.06  # m; measured 18.947 and 20.036
     assert max(speeds) > 1.5 and min(speeds) < -1.0  # m/s; measured 2.54 and -2.03
-
-
-def test_installed_scene_is_found():
-    assert rotation.norm(load_scene(installed_scene("satellite"))["initial.orientation"]) == pytest.approx(1.0)
-    assert installed_scene("no_such_scene").name == "no_such_scene.yaml"

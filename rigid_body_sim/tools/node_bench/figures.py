@@ -18,7 +18,7 @@ from std_srvs.srv import Trigger
 
 from ...ros import realtime
 from ...ros.executor import executor_for
-from ..demo import installed
+from ...scene.installed import installed
 from ..processes import ChildError
 from . import usual_slack
 from .bench import CONNECTED_WITHIN, OUR_NODE, SPINNING, UnderTest, commands, node_under_test, subscriber, wait_warm
