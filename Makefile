@@ -16,9 +16,10 @@ help: ## list the targets
 demo: $(READY) ## run the demo
 	@$(VENV)/bin/rigid_body_demo
 
-test: $(READY) ## run all tests, then those marked no_numba again without numba
-	$(VENV)/bin/python -m pytest
-	RIGID_BODY_SIM_NO_NUMBA=1 $(VENV)/bin/python -m pytest -m no_numba
+test: $(READY) ## run all tests, those with ROS one by one, those marked no_numba again without numba
+	$(VENV)/bin/python -m pytest -n 2 -m "not ros"
+	$(VENV)/bin/python -m pytest -m ros
+	RIGID_BODY_SIM_NO_NUMBA=1 $(VENV)/bin/python -m pytest -n 2 -m no_numba
 
 bench: $(READY) ## measure what a step costs
 	@$(VENV)/bin/python -m rigid_body_sim.report.step_cost

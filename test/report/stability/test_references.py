@@ -48,9 +48,9 @@ def test_loop_of_the_controller_is_known_to_round_off(gain):
 
 def test_loop_is_stable_up_to_its_limit_and_not_beyond():
     """2 ζ ω_n T < 2: the rates die away below it, and grow until the loop is a tumble above it."""
-    for gain, settles in ((0.95, True), (1.05, False)):
+    for gain, settles in ((0.95, True), (1.01, False)):
         rates = np.linalg.norm(controller.truth(gain)[-10:, 10:13], axis=1)
-        assert bool(rates.max() < 1e-2) is settles  # rad/s; measured 2.3e-5 and 4.1e5
+        assert bool(rates.max() < 1e-2) is settles  # rad/s; measured 2.3e-5 and 560
 
 
 def test_solutions_are_those_that_the_script_makes():
