@@ -486,3 +486,15 @@ class Simulation:
                 "is driven by drag or a tether too stiff, or ringing too fast, for the integrator and its rtol"
             )
         return ", or ".join(causes)
+
+
+def kernels_are_cached() -> bool:
+    """Whether ``load_kernels`` finds everything compiled, so that it takes no time."""
+    names = plan.within_reach(False) | plan.within_reach(True)
+    return all(compiled.is_cached(integrators.REGISTRY[name].steps) for name in names)
+
+
+def load_kernels() -> None:
+    """Compile what any plan may need, or load it from the cache: whoever calls this waits for no compiler later."""
+    for drag in (NO_DRAG, Drag(linear=(1.0, 1.0, 1.0))):
+        Simulation(Body(mass=1.0, inertia=(1.0, 1.0, 1.0)), drag=drag)

@@ -15,21 +15,12 @@ def main(args: list[str] | None = None) -> int:
 
 
 def _load_kernels() -> None:
-    """Compile what any plan may need, or load it from the cache, before the node joins the network.
+    """Before the node joins the network, and for all of its life: a parameter may bring drag into a scene without."""
+    from ..simulation import kernels_are_cached, load_kernels
 
-    A parameter may bring drag into a scene that has none, and the loop must not wait for a compiler then.
-    """
-    from ..integrators import REGISTRY
-    from ..physics.body import Body
-    from ..physics.compiled import is_cached
-    from ..physics.resistance import Drag
-    from ..scene.plan import within_reach
-    from ..simulation import Simulation
-
-    if not all(is_cached(REGISTRY[name].steps) for name in within_reach(False) | within_reach(True)):
+    if not kernels_are_cached():
         print("rigid_body_node: compiling kernels, up to a minute; the next start finds them", file=sys.stderr)
-    for drag in (Drag(), Drag(linear=(1.0, 1.0, 1.0))):
-        Simulation(Body(mass=1.0, inertia=(1.0, 1.0, 1.0)), drag=drag)
+    load_kernels()
 
 
 if __name__ == "__main__":

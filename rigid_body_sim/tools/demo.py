@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .. import integrators
-from ..physics import compiled, rotation
+from ..physics import rotation
 from ..scene.installed import installed_scene
 from ..scene.loader import Scene, load_scene
+from ..simulation import kernels_are_cached
 from . import findings, picture
 from .processes import ChildError, Children, children
 
@@ -132,8 +132,8 @@ def _private_domain() -> None:
 
 
 def _start_node(running: Children, scene_path: Path, scene: Scene) -> None:
-    if not compiled.is_cached(integrators.get(scene["integrator.name"]).steps):
-        print("The kernels are compiled first, which takes about 10 s and happens once.", flush=True)
+    if not kernels_are_cached():
+        print("The kernels are compiled first, which takes up to a minute and happens once.", flush=True)
     running.start(
         "rigid_body_sim.ros.main", ["--ros-args", "--params-file", str(scene_path), "-p", "start_paused:=true"]
     )

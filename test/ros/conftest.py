@@ -6,7 +6,7 @@ import random
 
 import pytest
 
-from rigid_body_sim import Body, Drag, Simulation
+from rigid_body_sim.simulation import load_kernels
 
 os.environ["ROS_DOMAIN_ID"] = str(random.randint(1, 100))
 os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
@@ -68,5 +68,4 @@ def connect(context, run_node):
 @pytest.fixture(scope="session", autouse=True)
 def _kernels_in_the_cache():
     """Compiled once here: else the first nodes do it, for many seconds, and say so on stderr."""
-    for drag in (Drag(), Drag(linear=(1.0, 1.0, 1.0))):
-        Simulation(Body(mass=1.0, inertia=(1.0, 1.0, 1.0)), drag=drag)
+    load_kernels()
