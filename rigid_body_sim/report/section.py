@@ -60,12 +60,16 @@ class Paragraph:
 
 @dataclass(frozen=True)
 class Table:
-    """Rows of strings, numbers and None under the columns' names. ``stem``: of its CSV and JSON file."""
+    """Rows of strings, numbers and None under the columns' names. ``stem``: of its CSV and JSON file.
+
+    ``folded``: the page shows it when its caption is clicked; the Markdown names its files only.
+    """
 
     stem: str
     columns: Sequence[str]
     rows: Sequence[Sequence[str | float | int | None]]
     caption: str = ""
+    folded: bool = False
 
 
 @dataclass(frozen=True)
