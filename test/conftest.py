@@ -1,31 +1,18 @@
-"""What several test files share: the reference solutions, loaded by path because the folder is no package."""
+"""What several test files share: the reference solutions."""
 
-import importlib.util
-import json
-from pathlib import Path
 from types import ModuleType
 
 import pytest
 from hypothesis import settings
 
+from rigid_body_sim.report.reference import load
+
 # The first call of a kernel compiles it, and a tolerance must hold for the same examples everywhere.
 settings.register_profile("rigid_body_sim", deadline=None, derandomize=True)
 settings.load_profile("rigid_body_sim")
 
-REFERENCE = Path(__file__).with_name("reference")
 
-
-def _module(name: str) -> ModuleType:
-    spec = importlib.util.spec_from_file_location(f"reference_{name}", REFERENCE / f"{name}.py")
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
-_LOADER = _module("load")
-
-
-@pytest.fixture(scope="module", params=_LOADER.names())
+@pytest.fixture(scope="module", params=load.names())
 def problem_name(request) -> str:
     """The name of each reference problem in turn."""
     return request.param
@@ -34,17 +21,18 @@ def problem_name(request) -> str:
 @pytest.fixture(scope="module")
 def load_problem():
     """A function: reference problem by name, with floats and arrays."""
-    return _LOADER.load
+    return load.load
 
 
 @pytest.fixture(scope="module")
 def printed_digits():
     """A function: reference problem by name, with its numbers as the decimal strings of 35 digits in the file."""
-    problems = json.loads(_LOADER.FILE.read_text(encoding="utf-8"))["problems"]
-    return problems.__getitem__
+    return load.stored(load.TRAJECTORIES)["problems"].__getitem__
 
 
 @pytest.fixture(scope="module")
 def make_reference() -> ModuleType:
     """The script that makes the reference solutions."""
-    return _module("make_reference")
+    from rigid_body_sim.report.reference import make_reference
+
+    return make_reference

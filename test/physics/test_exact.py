@@ -1,8 +1,5 @@
 """Rotation without torque in closed form against solutions known to 35 digits: every kind of body, every side."""
 
-import json
-from pathlib import Path
-
 import mpmath
 import numpy as np
 import pytest
@@ -11,10 +8,11 @@ from mpmath import mpf
 from rigid_body_sim import Body, Simulation, State, Wrench
 from rigid_body_sim.physics import compiled, exact, forces, rotation
 from rigid_body_sim.physics import state as flat
+from rigid_body_sim.report.reference import load
 
 pytestmark = pytest.mark.no_numba
 
-CASES = json.loads((Path(__file__).parents[1] / "reference" / "torque_free.json").read_text(encoding="utf-8"))
+CASES = load.stored(load.TORQUE_FREE)
 EPS = np.finfo(float).eps
 
 

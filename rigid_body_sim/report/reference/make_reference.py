@@ -1,8 +1,9 @@
 """
 Solve a few rigid-body problems with mpmath to more than 30 digits and write trajectories.json.
 
-Run `python make_reference.py` to solve everything (a few minutes) and `python make_reference.py --check` to solve
-the beginning of one problem again, at lower cost, and compare it with the file. Needs only Python and mpmath.
+Run it with `python -m rigid_body_sim.report.reference.make_reference`, which takes a few minutes; with `--check` it
+solves the beginning of one problem again, at lower cost, and compares it with the file. Needs only Python and mpmath.
+The problems of the report are in make_report.py, which uses what is here.
 
 The formulation is deliberately not that of the simulator: it has no principal axes, no momenta among its unknowns and
 no special case, and nothing is imported from `rigid_body_sim`. With the centre of mass p [m, world], its velocity
@@ -12,14 +13,16 @@ and with products of inertia, are
 
     p' = v
     q' = 1/2 q (0, w)
-    m v' = R f_body + f_world + m g + sum_k F_k
-    I w' = (I w) x w + t_body - c x f_body + R^T t_world + sum_k (r_k - c) x (R^T F_k)
+    m v' = R (f_body + f_drag) + f_world + m g + sum_k F_k
+    I w' = (I w) x w + t_body + t_drag - c x f_body + R^T t_world + sum_k (r_k - c) x (R^T F_k)
 
 - c [m, body]: centre of mass, from the body frame's origin.
 - f_body [N, body]: acts at the body frame's ORIGIN and turns with the body. f_world [N, world]: acts at the centre of
   mass. t_body [N m, body] and t_world [N m, world]: free vectors.
 - F_k [N, world]: constant in the world, acts at the body-fixed point r_k [m, body, from the body frame's origin].
 - g [m/s^2, world]: acts at the centre of mass.
+- drag: f_drag,i = -(linear_i + quadratic_i |u_i|) u_i with u = R^T v, and t_drag,i = -(angular_linear_i +
+  angular_quadratic_i |w_i|) w_i, body axes. It is smooth between zeros of u_i and w_i: a step ends at each of them.
 
 Initial state and results belong to the body frame's origin: its position and velocity in the world, the orientation,
 and the angular velocity in body axes. Momentum P = m v and angular momentum L = R I w (about the centre of mass) are
@@ -56,6 +59,8 @@ WANTED_AGREEMENT = mpf("1e-31")  # between ACCURATE and CONTROL, absolute, in SI
 WANTED_BALANCE = mpf("1e-50")  # energy [J], angular momentum [N m s] and norm of q in the ACCURATE solution
 PRINTED_DIGITS = 35
 ZERO = (0.0, 0.0, 0.0)
+DRAG = ("linear", "quadratic", "angular_linear", "angular_quadratic")
+LOOKS = 64  # points of a step at which signs are looked at
 RESULTS = ("position", "orientation", "velocity", "angular_velocity", "momentum", "angular_momentum")
 
 
@@ -74,7 +79,9 @@ def wrench(until, force_body=ZERO, torque_body=ZERO, force_world=ZERO, torque_wo
     }
 
 
-def problem(about, mass, inertia, initial, wrenches, center_of_mass=ZERO, gravity=ZERO, times=("1", "2", "5", "10")):
+def problem(
+    about, mass, inertia, initial, wrenches, center_of_mass=ZERO, gravity=ZERO, times=("1", "2", "5", "10"), drag=None
+):
     """
     Describe one problem.
 
@@ -83,7 +90,9 @@ def problem(about, mass, inertia, initial, wrenches, center_of_mass=ZERO, gravit
     (w, x, y, z), velocity of the origin [m/s, world], angular velocity [rad/s, body].
     """
     names = ("position", "orientation", "velocity", "angular_velocity")
+    resisted = {"drag": {name: list(drag.get(name, ZERO)) for name in DRAG}} if drag else {}
     return {
+        **resisted,
         "about": about,
         "body": {"mass": mass, "inertia": list(inertia), "center_of_mass": list(center_of_mass)},
         "gravity": list(gravity),
@@ -319,6 +328,9 @@ class Body:
         self.m = mpf(data["body"]["mass"])
         self.c = exact(data["body"]["center_of_mass"])
         self.g = exact(data["gravity"])
+        drag = {name: exact(values) for name, values in data.get("drag", {}).items()}
+        self.linear = drag and drag["linear"] + drag["angular_linear"]
+        self.quadratic = drag and drag["quadratic"] + drag["angular_quadratic"]
         self.inertia = [ixx, ixy, ixz, ixy, iyy, iyz, ixz, iyz, izz]
         self.inverse = inverse_of_symmetric(self.inertia)
 
@@ -384,43 +396,93 @@ def append(series, values):
         coefficients.append(value)
 
 
-def taylor_series(start, body, held, order):
+def taylor_series(start, body, held, order, signs=()):
     """
     Return the Taylor coefficients, order by order, of all unknowns about the state `start`.
 
-    The unknowns are p, v, q, w of the module's docstring and, for the checks in `balance`, S [s] with S' = R and the
-    work [J] of torques and of what turns with the body:
-
-        work' = (R f_body) . v + (t_body - c x f_body) . w + (R^T t_world) . w
+    The unknowns are p, v, q, w of the module's docstring and, for the checks in `balance`, S [s] with S' = R, D [N m s]
+    with D' = R t_drag, and the work [J] of everything but the forces fixed in the world. With drag, u [m/s, body] comes
+    along, and `signs` are those of the components of u and w.
     """
-    series = {name: [[value] for value in values] for name, values in start.items()}
-    minus_w, momentum, thrust, torque = ([[], [], []] for _ in range(4))  # -w, I w, R f_body, R^T t_world
+    series = {name: [[x] for x in start[name]] for name in start}
+    minus_w, momentum, thrust, torque = ([[] for _ in range(3)] for _ in range(4))
+    rotations, moved, drag = [[] for _ in range(9)], [[] for _ in range(3)], [[] for _ in range(6)]
     for n in range(order):
-        at_n = {name: [coefficients[n] for coefficients in series[name]] for name in ("v", "w")}
+        at_n = {name: [x[n] for x in series[name]] for name in ("v", "w")}
         rotation = rotation_coefficients(series["q"], n)
+        append(rotations, rotation)
         append(minus_w, scale(-1, at_n["w"]))
         append(momentum, turn(body.inertia, at_n["w"]))
         append(thrust, turn(rotation, held.force_body))
         append(torque, turn_back(rotation, held.torque_world))
-        powers = zip(thrust + torque, series["v"] + series["w"], strict=True)
+        powers = [*zip(thrust + torque, series["v"] + series["w"], strict=True)]
+        drag_force, drag_torque, lost = ZERO, ZERO, ZERO
+        if signs:
+            append(moved, [cauchy(n, *zip(rotations[j::3], series["v"], strict=True)) for j in range(3)])
+            append(drag, drag_coefficients(body, moved + series["w"], signs, n))
+            powers += zip(drag, moved + series["w"], strict=True)
+            drag_force = turned_coefficients(rotations, drag[:3], n)
+            drag_torque, lost = [x[n] for x in drag[3:]], turned_coefficients(rotations, drag[3:], n)
         rates = {
             "p": at_n["v"],
-            "v": scale(1 / body.m, add([x[n] for x in thrust], held.force_world if n == 0 else ZERO)),
+            "v": scale(1 / body.m, add([x[n] for x in thrust], held.force_world if n == 0 else ZERO, drag_force)),
             "q": quaternion_rate(series["q"], series["w"], minus_w, n),
-            "w": spin_rate(body, held, rotation, torque, gyroscopic(momentum, series["w"], minus_w, n), n),
+            "w": spin_rate(body, held, rotation, torque, gyroscopic(momentum, series["w"], minus_w, n), drag_torque, n),
             "S": rotation,
+            "D": lost,
             "work": [cauchy(n, *powers) + dot(held.torque_body, at_n["w"])],
         }
         for name, rate in rates.items():
             append(series[name], [value / (n + 1) for value in rate])
-    return series
+    return series, moved
 
 
-def spin_rate(body, held, rotation, torque_world, gyroscopic_torque, n):
+def drag_coefficients(body, motion, signs, n):
+    """Return the coefficient of t^n of f_drag and t_drag, from the series of u and w."""
+    parts = zip(body.linear, body.quadratic, motion, signs, strict=True)
+    return [-(linear * u[n] + quadratic * sign * cauchy(n, (u, u))) for linear, quadratic, u, sign in parts]
+
+
+def turned_coefficients(rotations, vector, n):
+    """Return the coefficient of t^n of R a, from the series of R and a."""
+    return [cauchy(n, *zip(rotations[3 * i : 3 * i + 3], vector, strict=True)) for i in range(3)]
+
+
+def spin_rate(body, held, rotation, torque_world, gyroscopic_torque, drag_torque, n):
     """Return the coefficient of t^n of w' = I^-1 (all torques) [rad/s^2, body]."""
     arms = [cross(arm, turn_back(rotation, force)) for arm, force in held.points]
     constant = held.torque_body if n == 0 else ZERO
-    return turn(body.inverse, add(gyroscopic_torque, [x[n] for x in torque_world], constant, *arms))
+    return turn(body.inverse, add(gyroscopic_torque, [x[n] for x in torque_world], constant, drag_torque, *arms))
+
+
+def signs_of(state, body, held):
+    """Return the signs that the components of u and w have just after `state`: () without drag."""
+    if not body.linear:
+        return ()
+    series, moved = taylor_series(state, body, held, 2, (1,) * 6)
+    # At a zero |u| u has no slope, so the first derivative is right whatever the sign.
+    return tuple(int(mpmath.sign(u[0] if abs(u[0]) > mpf("1e-20") else u[1])) for u in moved + series["w"])
+
+
+def up_to_change(motion, signs, step):
+    """Return `step` [s], or the time of the first zero within it of a component of u and w, to full precision."""
+    for look in range(1, LOOKS + 1):
+        before, after = step * (look - 1) / LOOKS, step * look / LOOKS
+        if crossed := [x for x, sign in zip(motion, signs, strict=True) if sign * mpmath.polyval(x[::-1], after) < 0]:
+            return min(zero_between(x, before, after) for x in crossed)
+    return step
+
+
+def zero_between(series, before, after):
+    """Return the zero of a polynomial between two times, by bisection and then Newton's method."""
+    coefficients, sign = series[::-1], mpmath.sign(mpmath.polyval(series[::-1], after))
+    for _ in range(40):
+        middle = (before + after) / 2
+        before, after = (before, middle) if sign * mpmath.polyval(coefficients, middle) > 0 else (middle, after)
+    for _ in range(4):
+        value, slope = mpmath.polyval(coefficients, after, derivative=1)
+        after -= value / slope
+    return after
 
 
 def step_length(series, tolerance):
@@ -438,8 +500,11 @@ def advance(state, body, held, duration, order):
     """Return the state after `duration` [s] under one held wrench."""
     tolerance = mpf(10) ** -(mp.dps + EXTRA_DIGITS)
     while duration > 0:
-        series = taylor_series(state, body, held, order)
+        signs = signs_of(state, body, held)
+        series, moved = taylor_series(state, body, held, order, signs)
         step = min(mpf(min(step_length(series, tolerance), 1e6)), duration)
+        if signs:
+            step = up_to_change(moved + series["w"], signs, step)
         state = {name: [mpmath.polyval(x[::-1], step) for x in unknown] for name, unknown in series.items()}
         duration -= step
     return state
@@ -487,13 +552,14 @@ def balance(before, after, body, held, duration):
     Return by how much the laws of motion in the large fail over one span: a dictionary of absolute errors.
 
     energy [J]: kinetic energy against the work of all forces; a constant force at a point does F . (displacement of
-    that point). angular_momentum [N m s, world]: L against t_world T + S (t_body - c x f_body) + sum_k S (r_k - c) x
-    F_k where S is the integral of R over the span of length T; Euler's equation does not appear in it.
+    that point). angular_momentum [N m s, world]: L against t_world T + S (t_body - c x f_body) + D + sum_k S (r_k - c)
+    x F_k where S is the integral of R over the span of length T and D that of R t_drag; Euler's equation does not
+    appear in it.
     """
     r0, r1 = rotation_of(before["q"]), rotation_of(after["q"])
     moved = subtract(after["p"], before["p"])
     work = after["work"][0] + dot(held.central_force, moved)
-    gained = add(scale(duration, held.torque_world), turn(after["S"], held.torque_body))
+    gained = add(scale(duration, held.torque_world), turn(after["S"], held.torque_body), after["D"])
     for arm, force in held.points:
         work += dot(force, add(moved, subtract(turn(r1, arm), turn(r0, arm))))
         gained = add(gained, cross(turn(after["S"], arm), force))
@@ -505,10 +571,9 @@ def balance(before, after, body, held, duration):
     }
 
 
-def solve(name, digits, order, until=math.inf):
+def solve(data, digits, order, until=math.inf):
     """Return (results by time, largest balance errors) of one problem, for the sample times up to `until` [s]."""
     mp.dps = digits
-    data = PROBLEMS[name]
     body = Body(data)
     body.check()
     state, now, samples, errors = first_state(data, body), Fraction(0), {}, {}
@@ -516,7 +581,7 @@ def solve(name, digits, order, until=math.inf):
     for end in sorted(end for end in ends if end <= until):
         held = Held(next(held for held in data["wrenches"] if end <= Fraction(held["until"])), body)
         duration = mpf((end - now).numerator) / (end - now).denominator
-        before = {**state, "S": [mpf(0)] * 9, "work": [mpf(0)]}
+        before = {**state, "S": [mpf(0)] * 9, "D": [mpf(0)] * 3, "work": [mpf(0)]}
         state = advance(before, body, held, duration, order)
         for check, error in balance(before, state, body, held, duration).items():
             errors[check] = max(error, errors.get(check, error))
@@ -547,9 +612,9 @@ def as_strings(values):
     return repr(values) if isinstance(values, float) else values
 
 
-def to_json(name, samples, agreement, errors):
+def to_json(data, samples, agreement, errors):
     """Return the file's entry of one problem."""
-    data = as_strings({key: value for key, value in PROBLEMS[name].items() if key != "times"})
+    data = as_strings({key: value for key, value in data.items() if key != "times"})
     printed = [
         {"time": instant, **{key: [mpmath.nstr(x, PRINTED_DIGITS) for x in sample[key]] for key in RESULTS}}
         for instant, sample in samples.items()
@@ -559,15 +624,15 @@ def to_json(name, samples, agreement, errors):
 
 
 def work_item(task):
-    name, (digits, order) = task
+    name, data, (digits, order) = task
     begin = time.perf_counter()
-    samples, errors = solve(name, digits, order)
+    samples, errors = solve(data, digits, order)
     return name, digits, samples, errors, time.perf_counter() - begin
 
 
-def solve_all(jobs):
+def solve_all(problems, jobs):
     """Solve every problem in both ways with `jobs` processes and return the file's entries."""
-    tasks = [(name, accuracy) for accuracy in (ACCURATE, CONTROL) for name in PROBLEMS]
+    tasks = [(name, data, accuracy) for accuracy in (ACCURATE, CONTROL) for name, data in problems.items()]
     solutions = {}
     mp.dps = ACCURATE[0]  # before the first result arrives: reading a number from another process rounds it to this
     with multiprocessing.Pool(jobs) as pool:
@@ -575,12 +640,12 @@ def solve_all(jobs):
             solutions[name, digits] = samples, errors
             print(f"[{len(solutions):2d}/{len(tasks)}] {name}, {digits} digits: {seconds:.1f} s", flush=True)
     entries = {}
-    for name in sorted(PROBLEMS):
+    for name, data in sorted(problems.items()):
         samples, errors = solutions[name, ACCURATE[0]]
         agreement = largest_difference(samples, solutions[name, CONTROL[0]][0])
-        assert 0 < agreement < WANTED_AGREEMENT, f"{name}: the two solutions differ by {mpmath.nstr(agreement, 3)}"
+        assert agreement < WANTED_AGREEMENT, f"{name}: the two solutions differ by {mpmath.nstr(agreement, 3)}"
         assert max(errors.values()) < WANTED_BALANCE, f"{name}: balance fails: {errors}"
-        entries[name] = to_json(name, samples, agreement, errors)
+        entries[name] = to_json(data, samples, agreement, errors)
         print(f"{name}: agreement {entries[name]['agreement']}, balance {entries[name]['balance']}")
     return entries
 
@@ -590,18 +655,18 @@ def on_one_line(found):
     return "[" + " ".join(found[1].split()) + "]"
 
 
-def write(jobs):
-    """Solve everything and write the file."""
-    entries = solve_all(jobs)
+def write(problems, file, script, jobs=2):
+    """Solve all problems and write the file; `script`: what made it."""
+    entries = solve_all(problems, jobs)
     made_by = (
-        "test/reference/make_reference.py: Newton-Euler equations in body axes, Taylor series with mpmath; "
+        f"{script}: Newton-Euler equations in body axes, Taylor series with mpmath; "
         f"{ACCURATE[0]} digits at order {ACCURATE[1]}, compared with {CONTROL[0]} digits at order {CONTROL[1]}. "
-        "Units SI; conventions in that script. Parameters are exact doubles; times are exact decimals; "
+        "Units SI; conventions in make_reference.py. Parameters are exact doubles; times are exact decimals; "
         "the initial orientation, a unit quaternion to round-off, was divided by its norm first."
     )
     content = {"made_by": made_by, "digits": PRINTED_DIGITS, "problems": entries}
     text = re.sub(r"\[\s+([^][{}]*?)\s+\]", on_one_line, json.dumps(content, indent=1))
-    FILE.write_text(text + "\n", encoding="utf-8")
+    file.write_text(text + "\n", encoding="utf-8")
 
 
 def check(name="body_wrench", until=1):
@@ -610,7 +675,7 @@ def check(name="body_wrench", until=1):
     for known, data in PROBLEMS.items():
         expected = as_strings({key: value for key, value in data.items() if key != "times"})
         assert {key: stored[known][key] for key in expected} == expected, f"{known}: parameters differ from the file"
-    samples, _ = solve(name, *QUICK, until=until)
+    samples, _ = solve(PROBLEMS[name], *QUICK, until=until)
     return largest_difference(samples, {sample["time"]: sample for sample in stored[name]["samples"]})
 
 
@@ -620,7 +685,7 @@ def main():
     parser.add_argument("--jobs", type=int, default=2, help="number of processes")
     arguments = parser.parse_args()
     if not arguments.check:
-        write(arguments.jobs)
+        write(PROBLEMS, FILE, "make_reference.py", arguments.jobs)
         return 0
     difference = check()
     print(f"largest difference from {FILE.name}: {mpmath.nstr(difference, 2)}")

@@ -1,10 +1,11 @@
 """
 Solve torque-free rotations with mpmath to more than 30 digits and write torque_free.json.
 
-Run `python make_torque_free.py` (some minutes). Nothing is imported from `rigid_body_sim`, and no elliptic function is
-used: Euler's equations in principal axes and q' = 1/2 q (0, w) are integrated by their Taylor series. With moments I
-[kg m^2], the quaternion q (scalar first, principal axes to world) and the angular momentum L [kg m^2/s, world], all
-exact doubles (q is divided by its norm at full precision), w = R(q)^T L / I at the beginning, and
+Run `python -m rigid_body_sim.report.reference.make_torque_free` (some minutes). Nothing of the simulator is imported,
+and no elliptic function is used: Euler's equations in principal axes and q' = 1/2 q (0, w) are integrated by their
+Taylor series. With moments I [kg m^2], the quaternion q (scalar first, principal axes to world) and the angular
+momentum L [kg m^2/s, world], all exact doubles (q is divided by its norm at full precision), w = R(q)^T L / I at the
+beginning, and
 
     I w' = (I w) x w
 
