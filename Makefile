@@ -8,7 +8,7 @@ COLCON := .venv-colcon
 # A sourced ROS brings its own rclpy. Its .venv differs from the one that takes rclpy from PyPI, so the stamps differ too.
 READY := $(VENV)/.ready-$(if $(AMENT_PREFIX_PATH),ros,pypi)
 
-.PHONY: help venv demo test bench bench-node docs lint build clean
+.PHONY: help venv demo test bench bench-node report docs lint build clean
 
 help: ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/make \1\t\2/p' $(MAKEFILE_LIST)
@@ -28,6 +28,9 @@ bench: $(READY) ## measure what a step costs
 
 bench-node: $(READY) ## measure the node as a process over DDS, about 10 minutes
 	@$(VENV)/bin/python -m rigid_body_sim.tools.node_bench
+
+report: $(READY) ## measure error against run time and draw it, into rigid_body_report/ (under 20 minutes)
+	@$(VENV)/bin/rigid_body_report
 
 docs: $(READY) ## write the tables in docs/ anew from the code
 	@$(VENV)/bin/python -m rigid_body_sim.tools.doc_tables

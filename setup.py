@@ -23,7 +23,7 @@ setup(
     maintainer="rigid_body_sim maintainers",
     maintainer_email="maintainers@example.org",
     packages=find_packages(exclude=["test", "test.*"]),
-    package_data={f"{package_name}.report": ["reference/*.json"]},
+    package_data={f"{package_name}.report": ["page.css", "page.js", "reference/*.json"]},
     data_files=data_files,
     zip_safe=True,
     python_requires=">=3.10",
@@ -42,6 +42,7 @@ setup(
         "console_scripts": [
             "rigid_body_node = rigid_body_sim.ros.main:main",
             "rigid_body_demo = rigid_body_sim.tools.demo:main",
+            "rigid_body_report = rigid_body_sim.report.main:main",
             "pointing_controller = rigid_body_sim.tools.pointing_controller:main",
         ],
     },

@@ -21,7 +21,7 @@ except ImportError:
 ENABLED = numba is not None and os.environ.get("RIGID_BODY_SIM_NO_NUMBA", "0") in ("", "0")
 
 
-def _sources_digest() -> str:
+def sources_digest() -> str:
     """Name of this version of the kernels: numba notices a change in a kernel's own file, not in those it calls."""
     package = Path(__file__).parents[1]
     digest = hashlib.sha256()
@@ -35,7 +35,7 @@ def _cache_folder() -> str | None:
     """A writable folder for compiled kernels, outside the package (which may be read-only); None when there is none."""
     home = os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")
     for base in (os.environ.get("NUMBA_CACHE_DIR"), home, f"{tempfile.gettempdir()}/{os.getuid()}"):
-        folder = Path(base or home, "rigid_body_sim", f"kernels-{_sources_digest()}")
+        folder = Path(base or home, "rigid_body_sim", f"kernels-{sources_digest()}")
         try:
             folder.mkdir(mode=0o700, parents=True, exist_ok=True)
             with tempfile.TemporaryFile(dir=folder):

@@ -1,0 +1,273 @@
+"""Error against run time: every integrator and every peer on every problem."""
+
+from collections.abc import Iterable, Sequence
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from . import frontier, ours, pictures
+from .frontier import AT, BELOW, BEST, LEVELS, PEER_GOAL, SIMULATOR_GOAL, Point
+from .method import OURS, SIMULATOR, measure
+from .peers import PEERS, methods, package_of
+from .problems import TITLES, problem
+from .section import FAILED, Block, Heading, Measurement, Paragraph, Picture, Result, Results, Settings, Table
+
+QUICK_PEER_PROBLEMS = ("body_wrench",)  # with all of them a quick report would take minutes
+NO_LOWER = 1e-17  # where an error of zero is drawn
+MICRO = 1e6
+
+_INTRO = (
+    "Every method solves every problem with several values of its knob, the step or the tolerance. The error is the "
+    "worse of attitude [rad] and position (relative to the way) at the end, against a reference of 35 digits. The cost "
+    "is CPU time of the process per simulated second: warm, the median of repeats, with the quartiles beside it in the "
+    "tables. What is timed goes from the start to the end, with every command on the way, and reads the end state; "
+    "nothing else. Kernels are compiled beforehand; what JAX needs to compile a problem is in the tables. On the "
+    f"frontier is what no other undercuts by more than {frontier.TIE:.0%} in cost with an error not larger; errors "
+    f"below {frontier.ROUND_OFF:.0e} count as equal."
+)
+
+
+class ErrorSection:
+    """The section ``error``; see section.Section."""
+
+    name = "error"
+    title = "Error against run time"
+
+    def measurements(self, settings: Settings) -> list[Measurement]:
+        """One for each problem and integrator, and one for each problem and peer, with all methods of the peer."""
+        peers = PEERS if settings.peers is None else settings.peers
+        unknown = [peer for peer in peers if peer not in PEERS]
+        if unknown:
+            raise ValueError(f"peer {unknown[0]!r} is not known; choose one of {', '.join(PEERS)}")
+        found = []
+        for name in TITLES if settings.problems is None else settings.problems:
+            problem(name)
+            weight = 0.2 if settings.quick else 2.0
+            for integrator in settings.integrators:
+                run = partial(_measure_ours, integrator, name, settings.quick)
+                found.append(Measurement(f"{name}/{integrator}", run, weight))
+            if not settings.quick or name in QUICK_PEER_PROBLEMS:
+                for peer in peers:
+                    run = partial(_measure_peer, peer, name, settings.quick)
+                    found.append(Measurement(f"{name}/peer/{peer}", run, 10.0 * weight))
+        return found
+
+    def headlines(self, results: Results) -> list[str]:
+        """The goals, and where they are missed."""
+        return sentences(frontier.goals(results, list(TITLES)))
+
+    def render(self, results: Results, folder: Path) -> list[Block]:
+        """The table of cheapest ways, then each problem with its picture and all of its points, then the peers."""
+        measured = [name for name in TITLES if frontier.points(results, name)]
+        blocks: list[Block] = [Paragraph(_INTRO), _cheapest_table(results, measured)]
+        for name in measured:
+            found = frontier.points(results, name)
+            blocks += [
+                Heading(TITLES[name]),
+                Paragraph(problem(name).about),
+                _picture(found, name, folder),
+                Paragraph(conclusion(found)),
+                _points_table(found, name),
+            ]
+        return [*blocks, Heading("Not measured, and why"), *_left_aside(results)]
+
+
+def _measure_ours(integrator: str, name: str, quick: bool) -> Result:
+    return {"methods": {integrator: measure(ours.method(integrator), problem(name), quick)}}
+
+
+def _measure_peer(peer: str, name: str, quick: bool) -> Result:
+    try:
+        found = methods(peer)
+    except ImportError as reason:
+        return {"missing": f"{reason}; pip install {package_of(peer)}"}
+    return {"methods": {method.name: measure(method, problem(name), quick) for method in found}}
+
+
+def sentences(goals: dict[str, dict[str, Any]]) -> list[str]:
+    """The headline sentences of frontier.goals."""
+    if not goals:
+        return []
+    count, compared = len(goals), {name: goal for name, goal in goals.items() if goal["compared"]}
+    off = [name for name, goal in goals.items() if not goal["on_frontier"]]
+    short = {name: goal["best"] for name, goal in goals.items() if goal["best"] > LEVELS[-1]}
+    found = [
+        f"`taylor` or `auto` is on the frontier below {BELOW:.0e} on {count - len(off)} of {count} problems"
+        f"{_except(off)}.",
+        f"An error of {LEVELS[-1]:.0e} is reached on {count - len(short)} of {count} problems"
+        f"{_except([f'{name} ({best:.1e})' for name, best in short.items()])}.",
+    ]
+    for what, words, goal in (
+        ("peer", "best peer", PEER_GOAL),
+        ("simulator", "best robotics simulator", SIMULATOR_GOAL),
+    ):
+        if compared:
+            found.append(_comparison(compared, what, words, goal))
+    return found
+
+
+def _except(names: Sequence[str]) -> str:
+    return f", not on {', '.join(names)}" if names else ""
+
+
+def _comparison(goals: dict[str, dict[str, Any]], what: str, words: str, wanted: float) -> str:
+    ratios = {name: goal[what] for name, goal in goals.items() if goal[what] is not None}
+    out_of_reach = [name for name, goal in goals.items() if goal["best"] > AT]
+    alone = [name for name, goal in goals.items() if goal[what] is None and name not in out_of_reach]
+    said = f"At an error of {AT:.0e} the {words} costs"
+    if ratios:
+        said += " " + " to ".join(
+            f"{ratios[name]:.3g} ({name}, {goals[name][what + '_name']})" for name in _ends(ratios)
+        )
+        missed = [f"{name} ({ratio:.3g})" for name, ratio in ratios.items() if ratio < wanted]
+        said += (
+            f" times as much; the goal of {wanted:g} is met on {len(ratios) - len(missed)} of {len(ratios)} problems"
+        )
+        said += _except(missed)
+    else:
+        said += " nothing that could be compared"
+    said += f"; none reaches that error on {', '.join(alone)}" if alone else ""
+    return said + (f"; `taylor` and `auto` do not reach it on {', '.join(out_of_reach)}." if out_of_reach else ".")
+
+
+def _ends(ratios: dict[str, float]) -> list[str]:
+    """The names of the least and the greatest ratio, one when they are the same."""
+    return list(dict.fromkeys((min(ratios, key=ratios.get), max(ratios, key=ratios.get))))
+
+
+def conclusion(found: Sequence[Point]) -> str:
+    """What a reader should take from a problem's picture, from its points."""
+    level = next((level for level in reversed(LEVELS) if frontier.cheapest(found, level)), None)
+    if level is None:
+        return f"No method reaches an error of {LEVELS[0]:.0e}."
+    best = frontier.cheapest(found, level)
+    said = (
+        f"The cheapest way to {level:.0e} is `{best['method']}` with {MICRO * best['cpu']:.3g} µs per simulated second"
+    )
+    others = [p for p in found if p["kind"] != best["kind"] or (best["kind"] == OURS and p["method"] not in BEST)]
+    next_best = frontier.cheapest([p for p in others if p["method"] != best["method"]], level)
+    if next_best is None:
+        return f"{said}; no method but `taylor` and `auto` reaches it." if best["method"] in BEST else f"{said}."
+    return f"{said}; the next, `{next_best['method']}`, costs {next_best['cpu'] / best['cpu']:.3g} times as much."
+
+
+def _cheapest_table(results: Results, names: Iterable[str]) -> Table:
+    rows = []
+    for name in names:
+        found = frontier.points(results, name)
+        for level in LEVELS:
+            best = frontier.cheapest(found, level)
+            mine = frontier.cheapest([p for p in found if p["method"] in BEST], level)
+            peer = frontier.cheapest([p for p in found if p["kind"] != OURS], level)
+            simulator = frontier.cheapest([p for p in found if p["kind"] == SIMULATOR], level)
+            rows.append((name, level, *_way(best), *_way(mine), *_other(peer, mine), *_other(simulator, mine)))
+    columns = ("problem", "error", "cheapest", "µs/s", "taylor or auto", "µs/s of it", "best peer", "times its cost")
+    columns = (*columns, "best simulator", "times the cost")
+    return Table("error_cheapest", columns, rows, "The cheapest way to an error, and what others pay for the same.")
+
+
+def _way(point: Point | None) -> tuple[str, float | None]:
+    if point is None:
+        return "none", None
+    return f"{point['method']}, {point['knob'].split()[0]} {point['value']:.3g}", _round(MICRO * point["cpu"])
+
+
+def _other(point: Point | None, mine: Point | None) -> tuple[str, float | None]:
+    return (point["method"] if point else "none"), (_round(point["cpu"] / mine["cpu"]) if point and mine else None)
+
+
+def _round(value: float) -> float:
+    return float(f"{value:.3g}")
+
+
+_COLUMNS = ("value", "error", "attitude", "position", "momentum", "energy", "cpu", "cpu_low", "cpu_high", "repeats")
+
+
+def _points_table(found: Sequence[Point], name: str) -> Table:
+    edge = frontier.frontier(found)
+    rows = [
+        (p["method"], p["kind"], p["knob"], *(p[c] for c in _COLUMNS), p["steps"], p["rhs"], p["compile_seconds"],
+         "yes" if p in edge else "")
+        for p in found
+    ]  # fmt: skip
+    columns = ("method", "kind", "knob", *_COLUMNS[:6], "CPU s/s", "quartile 1", "quartile 3", "repeats", "steps")
+    return Table(
+        f"error_{name}", (*columns, "right-hand sides", "compile s", "frontier"), rows,
+        "All measurements of this problem.", folded=True,
+    )  # fmt: skip
+
+
+def _left_aside(results: Results) -> list[Block]:
+    rows = []
+    for key, result in results.items():
+        name, *rest = key.split("/")
+        if reason := result.get(FAILED) or result.get("missing"):
+            rows.append((name, rest[-1], reason))
+        for method, measured in result.get("methods", {}).items():
+            if "refused" in measured:
+                rows.append((name, method, measured["refused"]))
+            for point in measured.get("points", []):
+                if point.get("error") is None:
+                    why = point.get("refused", "the end state is not finite")
+                    rows.append((name, f"{method}, {measured['knob'].split()[0]} {point['value']:.3g}", why))
+    table = Table(
+        "error_not_measured", ("problem", "method", "reason"), rows, "Refused, failed or not installed.", True
+    )
+    return [Paragraph(f"{len(rows)} entries."), table]
+
+
+# The picture ----------------------------------------------------------------------------------------------------------
+
+_OWN_STYLE = {
+    "auto": (pictures.BLACK, "*"),
+    "taylor": (pictures.RED, "o"),
+    "exact": (pictures.GREEN, "D"),
+    "rk4": (pictures.BLUE, "s"),
+    "rkmk4": (pictures.SKY, "s"),
+    "splitting": (pictures.ORANGE, "^"),
+    "splitting4": (pictures.ORANGE, "v"),
+    "semi_implicit_euler": (pictures.PURPLE, "P"),
+    "matrix_euler": (pictures.PURPLE, "X"),
+    "dop853": (pictures.GREEN, "h"),
+    "rosenbrock": (pictures.YELLOW, "p"),
+}
+_MARKERS = "ov^<>sDpPX*hd8"
+_COLOURS = (pictures.BLUE, pictures.RED, pictures.GREEN, pictures.PURPLE, pictures.ORANGE, pictures.SKY, pictures.GREY)
+
+
+def _picture(found: Sequence[Point], name: str, folder: Path) -> Picture:
+    with pictures.figure(10.0, 6.4) as figure:
+        axes = figure.subplots()
+        edge = frontier.frontier(found)
+        axes.plot(*_xy(edge), color="#FFE08A", linewidth=11, solid_capstyle="round", zorder=0, label="frontier")
+        for index, method in enumerate(dict.fromkeys(p["method"] for p in found)):
+            points = sorted((p for p in found if p["method"] == method), key=lambda p: p["cpu"])
+            axes.plot(*_xy(points), label=method, **_style(method, points[0]["kind"], index))
+        axes.set(xscale="log", yscale="log", title=TITLES[name], ylim=(NO_LOWER / 3, 10.0))
+        axes.set_xlabel("CPU time per simulated second [µs]")
+        axes.set_ylabel("error: worse of attitude [rad] and position [of the way]")
+        axes.legend(
+            loc="center left",
+            bbox_to_anchor=(1.0, 0.5),
+            fontsize=9,
+            title_fontsize=9,
+            title="solid: this package\ndashed: others",
+        )
+        return pictures.save(
+            figure, folder, f"error_{name}", f"{TITLES[name]}: error against CPU time; lower left is better."
+        )
+
+
+def _xy(points: Sequence[Point]) -> tuple[list[float], list[float]]:
+    return [MICRO * p["cpu"] for p in points], [max(p["error"], NO_LOWER) for p in points]
+
+
+def _style(method: str, kind: str, index: int) -> dict[str, Any]:
+    if kind == OURS:
+        colour, marker = _OWN_STYLE.get(method, (pictures.GREY, "o"))
+        width, size, order = (2.0, 10, 5) if method in BEST else (1.2, 5, 3)
+        edge = {"markeredgecolor": "white", "markeredgewidth": 0.5}
+        return {"color": colour, "marker": marker, "linewidth": width, "markersize": size, "zorder": order, **edge}
+    colour, marker = _COLOURS[index % len(_COLOURS)], _MARKERS[index % len(_MARKERS)]
+    return {"color": colour, "marker": marker, "linestyle": "--", "linewidth": 1.0, "markersize": 5, "zorder": 2,
+            "markerfacecolor": "white"}  # fmt: skip

@@ -1,0 +1,81 @@
+"""What follows from the measured points of a problem: the frontier, the cheapest way to an error, what others cost."""
+
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+from .method import OURS, SIMULATOR
+from .section import FAILED, Results
+
+BEST = ("taylor", "auto")  # what the headlines are about
+LEVELS = (1e-3, 1e-6, 1e-9, 1e-12)
+ROUND_OFF = 1e-14  # errors below it count as equal
+TIE = 0.1  # share by which a cost must be lower to count as lower: timings are not better than that
+BELOW, AT = 1e-6, 1e-9  # the errors that the headlines speak of
+PEER_GOAL, SIMULATOR_GOAL = 5.0, 100.0
+
+Point = dict[str, Any]
+
+
+def points(results: Results, problem: str) -> list[Point]:
+    """All points of a problem that have an error, each with ``method``, ``kind`` and ``knob``."""
+    found = []
+    for result in of_problem(results, problem):
+        for method, measured in result.get("methods", {}).items():
+            about = {"method": method, "kind": measured.get("kind"), "knob": measured.get("knob")}
+            found += [{**about, **p} for p in measured.get("points", []) if p.get("error") is not None]
+    return found
+
+
+def of_problem(results: Results, problem: str) -> Iterable[dict[str, Any]]:
+    """The results of a problem that did not fail."""
+    return [r for key, r in results.items() if key.split("/")[0] == problem and FAILED not in r]
+
+
+def frontier(found: Sequence[Point]) -> list[Point]:
+    """Points that no other undercuts in cost with an error not larger, cheapest first."""
+    kept = [p for p in found if not any(_undercuts(q, p) for q in found)]
+    return sorted(kept, key=lambda p: p["cpu"])
+
+
+def _undercuts(q: Point, p: Point) -> bool:
+    return q["error"] <= max(p["error"], ROUND_OFF) and q["cpu"] < (1.0 - TIE) * p["cpu"]
+
+
+def cheapest(found: Iterable[Point], level: float) -> Point | None:
+    """The cheapest point with an error of ``level`` at most, one of BEST where costs tie; None when there is none."""
+    able = sorted((p for p in found if p["error"] <= level), key=lambda p: p["cpu"])
+    tied = (p for p in able if p["method"] in BEST and (1.0 - TIE) * p["cpu"] <= able[0]["cpu"])
+    return next(tied, able[0] if able else None)
+
+
+def goals(results: Results, problems: Sequence[str]) -> dict[str, dict[str, Any]]:
+    """Of each problem that was measured: whether BEST is on the frontier, and how it compares with the others.
+
+    ``on_frontier``: below BELOW. ``peer``, ``simulator``: how many times more the best of them costs than BEST at an
+    error of AT, None when none reaches it, and ``peer_name``, ``simulator_name``. ``best``: the least error of BEST.
+    """
+    found = {}
+    for problem in problems:
+        all_points = points(results, problem)
+        ours = [p for p in all_points if p["method"] in BEST]
+        if not ours:
+            continue
+        peers = [p for p in all_points if p["kind"] != OURS]
+        edge = frontier(all_points)
+        peer, peer_name = _ratio(ours, peers)
+        simulator, simulator_name = _ratio(ours, [p for p in peers if p["kind"] == SIMULATOR])
+        found[problem] = {
+            "on_frontier": any(p["method"] in BEST and p["error"] < BELOW for p in edge),
+            "peer": peer,
+            "peer_name": peer_name,
+            "simulator": simulator,
+            "simulator_name": simulator_name,
+            "compared": bool(peers),
+            "best": min(p["error"] for p in ours),
+        }
+    return found
+
+
+def _ratio(ours: Sequence[Point], others: Sequence[Point]) -> tuple[float | None, str | None]:
+    mine, other = cheapest(ours, AT), cheapest(others, AT)
+    return (other["cpu"] / mine["cpu"], other["method"]) if mine and other else (None, None)

@@ -1,0 +1,90 @@
+"""SciPy: solve_ivp with the right-hand side of this package, which numba compiles."""
+
+import numpy as np
+
+from ...physics import compiled
+from ...physics import state as flat
+from ...physics.forces import reduce_wrench
+from ...physics.motion import derivative
+from ...physics.terms import Terms
+from ..method import LIBRARY, RTOL, Method
+from ..problems import End, Problem
+
+PACKAGE = "scipy"
+FINEST = {"DOP853": 13, "LSODA": 12, "Radau": 9}  # power of ten of the last rtol
+
+
+def methods() -> list[Method]:
+    """Its explicit method of order 8, its switching one and its implicit one."""
+    import scipy.integrate
+
+    assert scipy.integrate.solve_ivp
+    return [
+        Method(
+            f"SciPy {name}",
+            LIBRARY,
+            knob=lambda problem: RTOL,
+            values=lambda problem, quick, name=name: _values(name, problem, quick),
+            start=lambda problem, value, name=name: _Run(name, problem, value),
+        )
+        for name in FINEST
+    ]
+
+
+def _values(name: str, problem: Problem, quick: bool) -> list[float]:
+    """Tolerances as long as a run takes seconds: for 1000 rad Radau would take minutes."""
+    finest = FINEST[name] - (4 if name == "Radau" and problem.name == "fast_spin" else 0)
+    return [10.0**-k for k in (range(3, finest - 3, 3) if quick else range(3, finest + 1, 2))]
+
+
+class _Run:
+    def __init__(self, name: str, problem: Problem, rtol: float):
+        from scipy.integrate import solve_ivp
+
+        terms = Terms(problem.body, problem.gravity, problem.drag)
+        self._solve, self._name, self._rtol, self._hold = solve_ivp, name, rtol, problem.hold
+        self._models = [terms.model(wrench) for wrench in problem.wrenches]
+        for model in self._models:
+            compiled.ready(reduce_wrench, model)(model)
+        start = flat.flatten(problem.initial, self._models[0])
+        self._start, self._slope = start[: flat.LOW].copy(), np.zeros(flat.LOW)
+        self._out = np.zeros(flat.OUT_SIZE)
+        self._derivative = compiled.ready(derivative, self._models[0], self._start, 0, self._slope, 0)
+        self._read = compiled.ready(flat.read_out, start, self._models[0], self._out)
+        # Momenta are small or large numbers: the absolute tolerance follows the size of each part of the state.
+        self._atol = 1e-3 * rtol * np.repeat([_size(self._start[i:j]) for i, j in _PARTS], [3, 4, 3, 3])
+        self._steps = self._rhs = 0
+
+    def restart(self) -> None:
+        self._steps = self._rhs = 0
+
+    @np.errstate(over="ignore")  # Radau's numerical Jacobian tries ever larger steps where nothing changes
+    def advance(self) -> End:
+        y = self._start
+        for model in self._models:
+            found = self._solve(
+                lambda t, y, model=model: self._f(model, y), (0.0, self._hold), y, self._name, (self._hold,),
+                rtol=self._rtol, atol=self._atol,
+            )  # fmt: skip
+            if not found.success:
+                raise RuntimeError(found.message)
+            y = found.y[:, -1]
+            self._rhs += found.nfev
+        self._read(np.concatenate((y, np.zeros(flat.LOW))), self._models[0], self._out)
+        out = self._out
+        return End(out[0:3], out[3:7], out[7:10], out[10:13])
+
+    def _f(self, model, y):
+        # Radau hands over columns of a matrix, and compiled code expects one number beside the other.
+        self._derivative(model, np.ascontiguousarray(y), 0, self._slope, 0)
+        return self._slope.copy()
+
+    def counts(self) -> dict[str, int | None]:
+        return {"steps": None, "rhs": self._rhs}
+
+
+_PARTS = ((0, 3), (3, 7), (7, 10), (10, 13))
+
+
+def _size(part):
+    return float(np.linalg.norm(part)) or 1.0

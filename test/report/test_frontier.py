@@ -1,0 +1,85 @@
+"""Frontier, cheapest ways and headlines, recomputed in another way from the same numbers."""
+
+import re
+
+import pytest
+
+from rigid_body_sim.report import error_section, frontier
+from rigid_body_sim.report.method import LIBRARY, OURS, SIMULATOR, STEP
+
+
+def measured(kind, *pairs):
+    """The result of a method with (error, cpu) at each value of its knob."""
+    return {"kind": kind, "knob": STEP, "points": [{"value": 1.0, "error": e, "cpu": c} for e, c in pairs]}
+
+
+def results(**problems):
+    return {f"{name}/{method}": {"methods": {method: one}} for name, all_ in problems.items() for method, one in all_}
+
+
+GOOD = [
+    ("auto", measured(OURS, (1e-13, 1e-6))),
+    ("rk4", measured(OURS, (1e-3, 5e-7), (1e-7, 5e-6), (1e-10, 5e-5))),
+    ("lib", measured(LIBRARY, (1e-4, 2e-6), (5e-10, 7e-6))),
+    ("sim", measured(SIMULATOR, (1e-5, 1e-5), (1e-9, 2e-4))),
+]
+BAD = [
+    ("taylor", measured(OURS, (3e-11, 1e-5))),
+    ("lib", measured(LIBRARY, (1e-11, 2e-6))),
+    ("sim", measured(SIMULATOR, (1e-8, 1e-3))),
+]
+
+
+def test_the_frontier_is_what_nobody_undercuts():
+    found = frontier.frontier(frontier.points(results(tumble=GOOD), "tumble"))
+    assert [(p["method"], p["error"]) for p in found] == [("rk4", 1e-3), ("auto", 1e-13)]
+
+
+def test_a_tie_in_cost_and_errors_at_round_off_leave_both_on_it():
+    tie = [("auto", measured(OURS, (9e-15, 1.05e-6))), ("taylor", measured(OURS, (1e-16, 1e-6)))]
+    assert len(frontier.frontier(frontier.points(results(tumble=tie), "tumble"))) == 2
+
+
+def test_goals_and_their_sentences():
+    goals = frontier.goals(results(tumble=GOOD, commands=BAD), ["tumble", "commands", "free_fall"])
+    assert set(goals) == {"tumble", "commands"}
+    assert goals["tumble"]["on_frontier"] and not goals["commands"]["on_frontier"]
+    assert (goals["tumble"]["peer"], goals["tumble"]["peer_name"]) == (pytest.approx(7.0), "lib")
+    assert (goals["tumble"]["simulator"], goals["tumble"]["simulator_name"]) == (pytest.approx(200.0), "sim")
+    assert goals["commands"]["peer"] == pytest.approx(0.2) and goals["commands"]["simulator"] is None
+    first, second, third, fourth = error_section.sentences(goals)
+    assert "on the frontier below 1e-06 on 1 of 2 problems, not on commands." in first
+    assert "1e-12 is reached on 1 of 2 problems, not on commands (3.0e-11)." in second
+    assert re.search(r"costs 0.2 \(commands, lib\) to 7 \(tumble, lib\).*goal of 5 is met on 1 of 2 .*commands", third)
+    assert re.search(r"costs 200 \(tumble.*goal of 100 is met on 1 of 1 problems; none reaches .* on commands", fourth)
+
+
+def test_nothing_is_said_about_peers_that_were_not_measured():
+    alone = results(tumble=GOOD[:2])
+    assert len(error_section.sentences(frontier.goals(alone, ["tumble"]))) == 2
+    assert error_section.sentences({}) == []
+
+
+def test_the_sentence_under_a_picture():
+    said = error_section.conclusion(frontier.points(results(tumble=GOOD), "tumble"))
+    assert said == "The cheapest way to 1e-12 is `auto` with 1 µs per simulated second; no method but `taylor` and " \
+        "`auto` reaches it."  # fmt: skip
+    said = error_section.conclusion(frontier.points(results(tumble=BAD), "tumble"))
+    assert said == "The cheapest way to 1e-09 is `lib` with 2 µs per simulated second; the next, `taylor`, costs 5 " \
+        "times as much."  # fmt: skip
+
+
+def test_failed_missing_and_refused_are_listed_with_the_reason():
+    found = {
+        "tumble/rk4": {"failed": "OSError: disk"},
+        "tumble/peer/drake": {"missing": "No module named 'pydrake'; pip install drake"},
+        "tumble/exact": {"methods": {"exact": {"refused": "takes no torque"}}},
+        "tumble/x": {"methods": {"x": {"kind": OURS, "knob": STEP, "points": [{"value": 1.0, "error": None}]}}},
+    }
+    *_, table = error_section.ErrorSection().render(found, None)
+    assert [row[1:] for row in table.rows] == [
+        ("rk4", "OSError: disk"),
+        ("drake", "No module named 'pydrake'; pip install drake"),
+        ("exact", "takes no torque"),
+        ("x, step 1", "the end state is not finite"),
+    ]
