@@ -90,10 +90,12 @@ def _substep(state, model, work, left):
         return trial
     half = 0.5 * trial
     order = _series(model, work, trial, half * wx, half * wy, half * wz, qw, qx, qy, qz)
-    fraction = _converged_fraction(work, order)
+    # Taken from ``left`` without round-off: in a long step the sub-steps add up to the step, not to nearly that.
+    taken = left - (left - _converged_fraction(work, order) * trial)
+    fraction = taken / trial
     _translate(state, model, work, order, fraction, trial, qw, qx, qy, qz)
     _turn(state, model, work, order, fraction, trial, qw, qx, qy, qz)
-    return fraction * trial
+    return taken
 
 
 @kernel

@@ -8,10 +8,9 @@ from collections.abc import Sequence
 from datetime import datetime, timezone
 from pathlib import Path
 
-from .. import __version__
 from ..physics import compiled
 
-PACKAGES = ("numpy", "numba", "matplotlib", "scipy", "jax", "diffrax", "mujoco", "drake", "bsk", "pin")
+PACKAGES = ("rigid_body_sim", "numpy", "numba", "matplotlib", "scipy", "jax", "diffrax", "mujoco", "drake", "bsk", "pin")
 
 
 def facts(arguments: Sequence[str]) -> dict[str, str]:
@@ -21,7 +20,7 @@ def facts(arguments: Sequence[str]) -> dict[str, str]:
         "date": datetime.now(timezone.utc).strftime("%Y-%m-%d %H:%M UTC"),
         "machine": f"{_processor()}, {os.cpu_count()} cores, {platform.machine()}",
         "system": f"{platform.system()} {platform.release()}, Python {platform.python_version()}",
-        "rigid_body_sim": f"{__version__}, kernels {'compiled by numba' if compiled.ENABLED else 'as plain Python'}",
+        "kernels": f"{compiled.sources_digest()}, {'compiled by numba' if compiled.ENABLED else 'as plain Python'}",
         "versions": ", ".join(f"{name} {version}" for name, version in versions.items()),
         "command": " ".join(("rigid_body_report", *arguments)),
     }
