@@ -10,7 +10,19 @@ from pathlib import Path
 
 from ..physics import compiled
 
-PACKAGES = ("rigid_body_sim", "numpy", "numba", "matplotlib", "scipy", "jax", "diffrax", "mujoco", "drake", "bsk", "pin")
+PACKAGES = (
+    "rigid_body_sim",
+    "numpy",
+    "numba",
+    "matplotlib",
+    "scipy",
+    "jax",
+    "diffrax",
+    "mujoco",
+    "drake",
+    "bsk",
+    "pin",
+)
 
 
 def facts(arguments: Sequence[str]) -> dict[str, str]:

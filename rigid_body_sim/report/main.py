@@ -10,12 +10,14 @@ from .. import integrators
 from ..physics import compiled
 from . import machine, page
 from .error_section import ErrorSection
+from .left_out import LeftOut
 from .peers import PEERS
 from .problems import TITLES
 from .section import FAILED, Measurement, Results, Section, Settings
+from .stability.section import Stability
 from .store import Store, StoreError
 
-SECTIONS: tuple[Section, ...] = (ErrorSection(),)
+SECTIONS: tuple[Section, ...] = (ErrorSection(), Stability(), LeftOut())
 HOW_TO_INSTALL = "pip install rigid_body_sim[report]"
 
 
@@ -46,6 +48,9 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--quick", action="store_true", help="under a minute, with fewer points; else under 20 minutes")
     parser.add_argument("--out", type=Path, default=Path("rigid_body_report"), help="the folder (default %(default)s)")
     parser.add_argument("--resume", action="store_true", help="go on with what the folder has already")
+    parser.add_argument(
+        "--node-bench", type=Path, metavar="JSON", help="figures that `make bench-node` wrote, to be shown"
+    )
     parser.add_argument("--seed", type=int, default=1, help="of all random choices (default %(default)s)")
     for name, choices, what in (
         ("only", [section.name for section in SECTIONS], "sections"),
@@ -79,6 +84,7 @@ def _make(options: argparse.Namespace, given: Sequence[str]) -> None:
         options.integrators or integrators.CHOICES,
         options.problems,
         () if options.peers == ("none",) else options.peers,
+        options.node_bench,
     )
     sections = [section for section in SECTIONS if options.only is None or section.name in options.only]
     about = {"quick": settings.quick, "seed": settings.seed, "kernels": compiled.sources_digest()}
