@@ -1,1 +1,1 @@
-"""Measurements: what a step costs."""
+"""Measurements: the report, and what a step costs."""

@@ -5,16 +5,15 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from . import frontier, ours, pictures
+from . import frontier, ours
+from .error_pictures import MICRO, error_against_time, overview
 from .frontier import AT, BELOW, BEST, LEVELS, PEER_GOAL, SIMULATOR_GOAL, Point
-from .method import OURS, SIMULATOR, measure
+from .method import LIBRARY, OURS, SIMULATOR, measure
 from .peers import PEERS, methods, package_of
 from .problems import TITLES, problem
-from .section import FAILED, Block, Heading, Measurement, Paragraph, Picture, Result, Results, Settings, Table
+from .section import FAILED, Block, Heading, Measurement, Paragraph, Result, Results, Settings, Table
 
 QUICK_PEER_PROBLEMS = ("body_wrench",)  # with all of them a quick report would take minutes
-NO_LOWER = 1e-17  # where an error of zero is drawn
-MICRO = 1e6
 
 _INTRO = (
     "Every method solves every problem with several values of its knob, the step or the tolerance. The error is the "
@@ -59,13 +58,16 @@ class ErrorSection:
     def render(self, results: Results, folder: Path) -> list[Block]:
         """The table of cheapest ways, then each problem with its picture and all of its points, then the peers."""
         measured = [name for name in TITLES if frontier.points(results, name)]
-        blocks: list[Block] = [Paragraph(_INTRO), _cheapest_table(results, measured)]
+        blocks: list[Block] = [Paragraph(_INTRO)]
+        if measured:
+            blocks += [overview(results, measured, folder), _overview_table(results, measured)]
+        blocks.append(_cheapest_table(results, measured))
         for name in measured:
             found = frontier.points(results, name)
             blocks += [
                 Heading(TITLES[name]),
                 Paragraph(problem(name).about),
-                _picture(found, name, folder),
+                error_against_time(found, name, folder),
                 Paragraph(conclusion(found)),
                 _points_table(found, name),
             ]
@@ -151,6 +153,20 @@ def conclusion(found: Sequence[Point]) -> str:
     return f"{said}; the next, `{next_best['method']}`, costs {next_best['cpu'] / best['cpu']:.3g} times as much."
 
 
+def _overview_table(results: Results, names: Iterable[str]) -> Table:
+    rows = []
+    for name in names:
+        found = frontier.points(results, name)
+        mine = frontier.cheapest([p for p in found if p["method"] in BEST], AT)
+        row: list[str | float | None] = [TITLES[name], _round(MICRO * mine["cpu"]) if mine else None]
+        for kind in (LIBRARY, SIMULATOR):
+            row += _other([p for p in found if p["kind"] == kind], AT, mine)
+        rows.append((*row, min((p["error"] for p in found if p["method"] in BEST), default=None)))
+    columns = ("problem", "taylor or auto, µs/s", "best other library", "times the cost", "best simulator")
+    columns = (*columns, "times that cost", "least error of taylor or auto")
+    return Table("error_overview", columns, rows, f"CPU time per simulated second at an error of {AT:.0e}.")
+
+
 def _cheapest_table(results: Results, names: Iterable[str]) -> Table:
     rows = []
     for name in names:
@@ -158,9 +174,10 @@ def _cheapest_table(results: Results, names: Iterable[str]) -> Table:
         for level in LEVELS:
             best = frontier.cheapest(found, level)
             mine = frontier.cheapest([p for p in found if p["method"] in BEST], level)
-            peer = frontier.cheapest([p for p in found if p["kind"] != OURS], level)
-            simulator = frontier.cheapest([p for p in found if p["kind"] == SIMULATOR], level)
-            rows.append((name, level, *_way(best), *_way(mine), *_other(peer, mine), *_other(simulator, mine)))
+            others = [p for p in found if p["kind"] != OURS]
+            simulators = [p for p in others if p["kind"] == SIMULATOR]
+            compared = (*_other(others, level, mine), *_other(simulators, level, mine))
+            rows.append((name, level, *_way(best), *_way(mine), *compared))
     columns = ("problem", "error", "cheapest", "µs/s", "taylor or auto", "µs/s of it", "best peer", "times its cost")
     columns = (*columns, "best simulator", "times the cost")
     return Table("error_cheapest", columns, rows, "The cheapest way to an error, and what others pay for the same.")
@@ -172,8 +189,11 @@ def _way(point: Point | None) -> tuple[str, float | None]:
     return f"{point['method']}, {point['knob'].split()[0]} {point['value']:.3g}", _round(MICRO * point["cpu"])
 
 
-def _other(point: Point | None, mine: Point | None) -> tuple[str, float | None]:
-    return (point["method"] if point else "none"), (_round(point["cpu"] / mine["cpu"]) if point and mine else None)
+def _other(others: Sequence[Point], level: float, mine: Point | None) -> tuple[str | None, float | None]:
+    """The cheapest of others for an error, "none" when none reaches it, and its cost as a multiple of mine."""
+    point = frontier.cheapest(others, level)
+    name = point["method"] if point else "none" if others else None
+    return name, (_round(point["cpu"] / mine["cpu"]) if point and mine else None)
 
 
 def _round(value: float) -> float:
@@ -214,60 +234,3 @@ def _left_aside(results: Results) -> list[Block]:
         "error_not_measured", ("problem", "method", "reason"), rows, "Refused, failed or not installed.", True
     )
     return [Paragraph(f"{len(rows)} entries."), table]
-
-
-# The picture ----------------------------------------------------------------------------------------------------------
-
-_OWN_STYLE = {
-    "auto": (pictures.BLACK, "*"),
-    "taylor": (pictures.RED, "o"),
-    "exact": (pictures.GREEN, "D"),
-    "rk4": (pictures.BLUE, "s"),
-    "rkmk4": (pictures.SKY, "s"),
-    "splitting": (pictures.ORANGE, "^"),
-    "splitting4": (pictures.ORANGE, "v"),
-    "semi_implicit_euler": (pictures.PURPLE, "P"),
-    "matrix_euler": (pictures.PURPLE, "X"),
-    "dop853": (pictures.GREEN, "h"),
-    "rosenbrock": (pictures.YELLOW, "p"),
-}
-_MARKERS = "ov^<>sDpPX*hd8"
-_COLOURS = (pictures.BLUE, pictures.RED, pictures.GREEN, pictures.PURPLE, pictures.ORANGE, pictures.SKY, pictures.GREY)
-
-
-def _picture(found: Sequence[Point], name: str, folder: Path) -> Picture:
-    with pictures.figure(10.0, 6.4) as figure:
-        axes = figure.subplots()
-        edge = frontier.frontier(found)
-        axes.plot(*_xy(edge), color="#FFE08A", linewidth=11, solid_capstyle="round", zorder=0, label="frontier")
-        for index, method in enumerate(dict.fromkeys(p["method"] for p in found)):
-            points = sorted((p for p in found if p["method"] == method), key=lambda p: p["cpu"])
-            axes.plot(*_xy(points), label=method, **_style(method, points[0]["kind"], index))
-        axes.set(xscale="log", yscale="log", title=TITLES[name], ylim=(NO_LOWER / 3, 10.0))
-        axes.set_xlabel("CPU time per simulated second [µs]")
-        axes.set_ylabel("error: worse of attitude [rad] and position [of the way]")
-        axes.legend(
-            loc="center left",
-            bbox_to_anchor=(1.0, 0.5),
-            fontsize=9,
-            title_fontsize=9,
-            title="solid: this package\ndashed: others",
-        )
-        return pictures.save(
-            figure, folder, f"error_{name}", f"{TITLES[name]}: error against CPU time; lower left is better."
-        )
-
-
-def _xy(points: Sequence[Point]) -> tuple[list[float], list[float]]:
-    return [MICRO * p["cpu"] for p in points], [max(p["error"], NO_LOWER) for p in points]
-
-
-def _style(method: str, kind: str, index: int) -> dict[str, Any]:
-    if kind == OURS:
-        colour, marker = _OWN_STYLE.get(method, (pictures.GREY, "o"))
-        width, size, order = (2.0, 10, 5) if method in BEST else (1.2, 5, 3)
-        edge = {"markeredgecolor": "white", "markeredgewidth": 0.5}
-        return {"color": colour, "marker": marker, "linewidth": width, "markersize": size, "zorder": order, **edge}
-    colour, marker = _COLOURS[index % len(_COLOURS)], _MARKERS[index % len(_MARKERS)]
-    return {"color": colour, "marker": marker, "linestyle": "--", "linewidth": 1.0, "markersize": 5, "zorder": 2,
-            "markerfacecolor": "white"}  # fmt: skip

@@ -25,8 +25,8 @@ PACKAGES = (
 )
 
 
-def facts(arguments: Sequence[str]) -> dict[str, str]:
-    """Machine, versions, date and command line, by name."""
+def facts(arguments: Sequence[str], seed: int) -> dict[str, str]:
+    """Machine, versions, date, seed and command line, by name."""
     versions = {name: version for name in PACKAGES if (version := _version(name))}
     return {
         "date": datetime.now(timezone.utc).strftime("%Y-%m-%d %H:%M UTC"),
@@ -34,6 +34,7 @@ def facts(arguments: Sequence[str]) -> dict[str, str]:
         "system": f"{platform.system()} {platform.release()}, Python {platform.python_version()}",
         "kernels": f"{compiled.sources_digest()}, {'compiled by numba' if compiled.ENABLED else 'as plain Python'}",
         "versions": ", ".join(f"{name} {version}" for name, version in versions.items()),
+        "seed": str(seed),
         "command": " ".join(("rigid_body_report", *arguments)),
     }
 

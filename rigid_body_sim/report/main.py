@@ -92,7 +92,9 @@ def _make(options: argparse.Namespace, given: Sequence[str]) -> None:
     wanted = [(section, one) for section in sections for one in section.measurements(settings)]
     _measure(store, wanted)
     keys = {f"{section.name}/{one.key}" for section, one in wanted}
-    _write(options.out, sections, {key: store.results[key] for key in store.results if key in keys}, given)
+    _write(
+        options.out, sections, {key: store.results[key] for key in store.results if key in keys}, options.seed, given
+    )
     print(f"{options.out / 'report.html'}")
 
 
@@ -123,14 +125,14 @@ def _result(measurement: Measurement) -> dict:
         return {FAILED: f"{type(reason).__name__}: {reason}"}
 
 
-def _write(folder: Path, sections: Sequence[Section], results: Results, given: Sequence[str]) -> None:
+def _write(folder: Path, sections: Sequence[Section], results: Results, seed: int, given: Sequence[str]) -> None:
     chapters, headlines = [], []
     for section in sections:
         prefix = f"{section.name}/"
         mine = {key[len(prefix) :]: result for key, result in results.items() if key.startswith(prefix)}
         headlines += section.headlines(mine)
         chapters.append((section.title, section.render(mine, folder)))
-    page.write(folder, machine.facts(given), headlines, chapters)
+    page.write(folder, machine.facts(given, seed), headlines, chapters)
 
 
 if __name__ == "__main__":

@@ -11,13 +11,15 @@ from pathlib import Path
 from .section import Block, Heading, Paragraph, Picture, Table
 
 TITLE = "rigid_body_sim: the report"
+FACTS = "made.json"  # machine, versions, seed and command line
 Chapters = Sequence[tuple[str, Sequence[Block]]]  # title and blocks
 
 
 def write(folder: Path, facts: Mapping[str, str], headlines: Sequence[str], chapters: Chapters) -> None:
-    """Write report.html, report.md and every table as CSV and JSON into the folder, which has the pictures."""
+    """Write report.html, report.md the facts, and every table as CSV and JSON into the folder of the pictures."""
     (folder / "report.html").write_text(_html(folder, facts, headlines, chapters), encoding="utf-8")
     (folder / "report.md").write_text(_markdown(facts, headlines, chapters), encoding="utf-8")
+    (folder / FACTS).write_text(json.dumps(facts, indent=1) + "\n", encoding="utf-8")
     for _, blocks in chapters:
         for block in blocks:
             if isinstance(block, Table):

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from rigid_body_sim.report import error_section, frontier, main
+from rigid_body_sim.report import error_section, frontier, main, readme
 from rigid_body_sim.report.problems import TITLES
 from rigid_body_sim.report.section import Heading, Measurement, Paragraph, Table
 from rigid_body_sim.report.store import FILE
@@ -174,7 +174,7 @@ def test_other_settings_are_not_mixed_into_a_folder(folder, capsys):
 
 _LOOK = """
 const column = (t, i) => [...t.tBodies[0].rows].map((row) => row.cells[i].dataset.value ?? row.cells[i].textContent);
-const table = document.querySelectorAll("table")[1], button = table.querySelectorAll("th button")[4];
+const table = document.querySelectorAll("table")[2], button = table.querySelectorAll("th button")[4];
 button.click(); const up = column(table, 4); button.click(); const down = column(table, 4);
 const names = table.querySelectorAll("th button")[0]; names.click();
 return {
@@ -194,8 +194,8 @@ def test_the_page_works_in_a_browser(folder, tmp_path):
         pytest.skip("no Chromium found: set CHROME to one, or install chromium")
     found, failures = browser.ask(program, folder / "report.html", _LOOK, tmp_path)
     assert failures == []
-    assert found["svg"] == [True] * 3 and found["img"] == 0 and found["fetched"] == 0 and found["broken"] == 0
-    assert found["tables"] == 5
+    assert found["svg"] == [True] * 4 and found["img"] == 0 and found["fetched"] == 0 and found["broken"] == 0
+    assert found["tables"] == 6
     assert found["up"] == sorted(found["up"]) and len(set(found["up"])) > 3
     assert found["down"] == found["up"][::-1]
     assert found["names"] == sorted(found["names"]) and not found["wide"]
@@ -209,3 +209,15 @@ def test_a_script_error_would_be_noticed(folder, tmp_path):
     text = (folder / "report.html").read_text(encoding="utf-8")
     broken.write_text(text.replace('"use strict";', '"use strict"; noSuchFunction();'), encoding="utf-8")
     assert browser.ask(program, broken, "return 1;", tmp_path)[1] != []
+
+
+def test_the_readme_gets_table_picture_date_and_machine(folder, tmp_path):
+    (tmp_path / "docs" / "images").mkdir(parents=True)
+    text = f"above\n{readme.BEGIN}\nold\n{readme.END}\nbelow\n"
+    (tmp_path / "README.md").write_text(text, encoding="utf-8")
+    assert readme.main(str(folder), str(tmp_path)) == 0
+    made = (tmp_path / "README.md").read_text(encoding="utf-8")
+    assert made.startswith("above\n") and made.endswith("below\n") and "old" not in made
+    assert "| Free fall, 10 s |" in made and "Made by `rigid_body_report --quick" in made
+    assert json.loads((folder / "made.json").read_text(encoding="utf-8"))["machine"] in made
+    assert (tmp_path / "docs" / "images" / "report.png").stat().st_size > 5000

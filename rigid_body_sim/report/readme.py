@@ -1,0 +1,36 @@
+"""Put the main picture and table of a report into the README: `python -m rigid_body_sim.report.readme FOLDER`."""
+
+import json
+import re
+import shutil
+import sys
+from pathlib import Path
+
+from . import page
+from .section import Table
+
+STEM = "error_overview"
+BEGIN, END = "<!-- report: begin -->", "<!-- report: end -->"
+
+
+def part(folder: Path) -> str:
+    """The table of a report and the sentence that says where and when it was made."""
+    rows = json.loads((folder / f"{STEM}.json").read_text(encoding="utf-8"))
+    facts = json.loads((folder / page.FACTS).read_text(encoding="utf-8"))
+    table = page.markdown_table(Table(STEM, list(rows[0]), [list(row.values()) for row in rows]))
+    return f"{table}\n\nMade by `{facts['command']}` on {facts['date']}, {facts['machine']}."
+
+
+def main(folder: str, root: str = ".") -> int:
+    """Write the part into README.md in ``root``, and the picture into its docs/images."""
+    readme = Path(root, "README.md")
+    new = f"{BEGIN}\n{part(Path(folder))}\n{END}"
+    readme.write_text(
+        re.sub(f"(?s){BEGIN}.*{END}", lambda _: new, readme.read_text(encoding="utf-8")), encoding="utf-8"
+    )
+    shutil.copy(Path(folder, f"{STEM}.png"), Path(root, "docs", "images", "report.png"))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(*sys.argv[1:]))
