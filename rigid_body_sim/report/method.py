@@ -116,7 +116,7 @@ def step_sizes(problem: Problem, step_cost: float, quick: bool, doublings: int =
             h /= 2.0
     while h > longest:
         h /= 2.0
-    most = (0.02 if quick else 0.25) / step_cost
+    most = (0.008 if quick else 0.25) / step_cost
     while problem.duration / h <= most or h > longest / 4:
         yield h
         h /= 2.0**doublings

@@ -2,6 +2,7 @@
 
 import json
 import os
+import time
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -19,7 +20,8 @@ class Store:
     """The results in one folder.
 
     The first line says what was measured (``about``); a run that continues must have the same, or StoreError says what
-    differs. A last line that was cut off when the machine stopped is dropped.
+    differs. A last line that was cut off when the machine stopped is dropped. A run that begins anew in a folder with
+    results puts those aside, under the time of the last of them.
     """
 
     def __init__(self, folder: Path, about: Mapping[str, Any], resume: bool):
@@ -29,7 +31,16 @@ class Store:
         if resume and self._path.exists():
             self._read(dict(about))
         else:
+            self._put_aside()
             self._write([{"about": about}])
+
+    def _put_aside(self) -> None:
+        if self._path.exists():
+            when = time.strftime("%Y%m%dT%H%M%S", time.localtime(self._path.stat().st_mtime))
+            aside, number = self._path.with_stem(f"{self._path.stem}-{when}"), 1
+            while aside.exists():
+                aside, number = self._path.with_stem(f"{self._path.stem}-{when}-{number}"), number + 1
+            self._path.rename(aside)
 
     def add(self, key: str, result: Result) -> None:
         """Keep a result: when this returns, it is on the disk. Raises ValueError for infinity, NaN and a key taken."""

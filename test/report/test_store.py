@@ -12,9 +12,13 @@ def test_what_was_added_is_there_after_a_resume(tmp_path):
     assert Store(tmp_path, ABOUT, resume=True).results == {"a": {"error": 1e-300, "none": None}}
 
 
-def test_without_resume_it_begins_anew(tmp_path):
-    Store(tmp_path, ABOUT, resume=False).add("a", {})
-    assert Store(tmp_path, ABOUT, resume=False).results == {}
+def test_without_resume_it_begins_anew_and_what_was_there_is_put_aside(tmp_path):
+    for n in range(3):
+        store = Store(tmp_path, ABOUT, resume=False)
+        assert store.results == {}
+        store.add("a", {"n": n})
+    kept = {file.read_text(encoding="utf-8").splitlines()[1] for file in tmp_path.glob("results-*.jsonl")}
+    assert kept == {f'{{"key": "a", "result": {{"n": {n}}}}}' for n in (0, 1)}
 
 
 def test_a_line_cut_off_is_dropped_and_the_next_one_starts_clean(tmp_path):
