@@ -1,4 +1,6 @@
-"""The executor that costs least."""
+"""The executor that costs least, and the time that a loop gives it."""
+
+import time
 
 from rclpy.executors import Executor, SingleThreadedExecutor
 from rclpy.node import Node
@@ -7,6 +9,10 @@ try:
     from rclpy.experimental import EventsExecutor
 except ImportError:  # rclpy before 7.1.4
     EventsExecutor = None
+
+from .pacing import NANOSECONDS
+
+UNSERVED_NS = NANOSECONDS // 2000
 
 
 def executor_for(node: Node) -> Executor:
@@ -17,3 +23,27 @@ def executor_for(node: Node) -> Executor:
     executor = EventsExecutor() if EventsExecutor is not None else SingleThreadedExecutor()
     executor.add_node(node)
     return executor
+
+
+class IdleTime:
+    """What a loop does between its deadlines: it lets the executor serve whoever asks.
+
+    A wait in the executor costs twice that of a plain sleep (20 us of CPU, not 10), and ends later. So of waits that
+    follow closely on each other only one in UNSERVED_NS goes to the executor: nobody waits longer for an answer than
+    that, and as long as there is something to serve, all of them do.
+    """
+
+    def __init__(self, executor: Executor):
+        self._executor = executor
+        self._serve_ns = 0
+
+    def spend(self, now_ns: int, idle_ns: int) -> None:
+        """Return ``idle_ns`` after ``now_ns`` of the monotonic clock, or sooner when something was served."""
+        end_ns = now_ns + idle_ns
+        if idle_ns > 0 and end_ns < self._serve_ns:
+            time.sleep(idle_ns / NANOSECONDS)
+            return
+        self._executor.spin_once(timeout_sec=max(0, idle_ns) / NANOSECONDS)
+        after_ns = time.monotonic_ns()
+        # Back early, or late from the start: there may be more to serve.
+        self._serve_ns = 0 if idle_ns <= 0 or after_ns < end_ns else after_ns + UNSERVED_NS

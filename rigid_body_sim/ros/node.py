@@ -10,7 +10,7 @@ from rclpy.qos_overriding_options import QoSOverridingOptions
 from ..scene.loader import Scene
 from ..simulation import Simulation
 from . import diagnostics, messages, parameters, realtime, services, standard_services
-from .executor import executor_for
+from .executor import IdleTime, executor_for
 from .inputs import Inputs
 from .loop import Loop
 from .outputs import Outputs
@@ -53,7 +53,7 @@ class RigidBodyNode(Node):
     def run(self, stop: StopRequest) -> None:
         """Simulate until ``stop`` is requested."""
         self._stop = stop
-        executor = executor_for(self)
+        idle_time = IdleTime(executor_for(self))
         self._be_prompt()
         gc.collect()
         gc.freeze()  # what exists now stays; the collector need not look at it again while the loop runs
@@ -72,7 +72,7 @@ class RigidBodyNode(Node):
             if now_ns >= self._report_due_ns:
                 self._report(now_ns)
             try:
-                executor.spin_once(timeout_sec=max(0, loop.idle_ns(now_ns)) / NANOSECONDS)
+                idle_time.spend(now_ns, loop.idle_ns(now_ns))
             except ValueError as reason:  # from a service of rclpy's own: a parameter of a type that does not exist
                 self.get_logger().error(f"request ignored: {reason}")
 

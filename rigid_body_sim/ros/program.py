@@ -7,6 +7,8 @@ import sys
 from collections.abc import Callable
 from typing import Protocol
 
+from . import middleware
+
 
 class StopRequest:
     """Set by SIGINT and SIGTERM: they end a starting program at once, and ask one whose loop runs to stop.
@@ -48,6 +50,7 @@ def run(name: str, make_node: Callable[[], Runnable], stop: StopRequest, args: l
     from rclpy.exceptions import NameValidationException, ParameterException
 
     stop.defer()
+    middleware.use_profile()
     try:
         _init(args)
         node = make_node()
