@@ -14,6 +14,7 @@ STEP, RTOL = "step [s]", "rtol"
 FLOOR = 3e-15  # below it nothing is left to be gained
 LONG_ENOUGH = 0.1  # s: repeats are added until they take this long together
 FEWEST, MOST = 3, 101  # repeats
+LONG_RUN = 2.0  # s: of a run that takes longer, one is enough
 COARSEST_TURN = 1.0  # rad in the longest step that is tried
 
 
@@ -92,14 +93,14 @@ def _times(run: Run, duration: float, quick: bool) -> dict[str, float]:
     enough, used = LONG_ENOUGH / 5 if quick else LONG_ENOUGH, []
     gc.disable()
     try:
-        while len(used) < FEWEST or (sum(used) < enough and len(used) < MOST):
+        while sum(used) < LONG_RUN and (len(used) < FEWEST or (sum(used) < enough and len(used) < MOST)):
             run.restart()
             begin = time.process_time_ns()
             run.advance()
             used.append((time.process_time_ns() - begin) * 1e-9)
     finally:
         gc.enable()
-    low, middle, high = statistics.quantiles(used, n=4, method="inclusive")
+    low, middle, high = statistics.quantiles(used if len(used) > 1 else 2 * used, n=4, method="inclusive")
     return {"cpu": middle / duration, "cpu_low": low / duration, "cpu_high": high / duration, "repeats": len(used)}
 
 
