@@ -7,9 +7,9 @@ The attitude is counted from the beginning of the sub-step by a rotation vector 
 import math
 
 from ..physics.compiled import kernel
-from ..physics.forces import MASS, MOMENTS, RTOL
-from ..physics.motion import loads, rates_world
-from ..physics.rotation import cross, qmultiply
+from ..physics.forces import DRAG, MASS, MOMENTS, RTOL, rates_principal, to_body
+from ..physics.motion import body_attitude, loads, rates_world
+from ..physics.rotation import cross, qmultiply, qrotate_back
 from ..physics.state import L, P, Q, X, add_compensated, add_to_attitude
 from .rkmk4 import exponential_minus_one
 
@@ -68,6 +68,42 @@ def usable(work, z):
         total += work[z + i] - work[z + i]
     tx, ty, tz = work[z + 3], work[z + 4], work[z + 5]
     return total == 0.0 and tx * tx + ty * ty + tz * tz < 16.0 * LARGEST_TURN * LARGEST_TURN
+
+
+@kernel
+def passes_rest(state, model, work, z, to):
+    """Whether quadratic drag has a kink within the sub-step of the unknowns work[z:z + 12]; work[to:to + 12] is used.
+
+    |u| u has one where u passes zero: a component of the velocity of the centre of mass or of the rates, body axes.
+    """
+    quadratic = 0.0
+    for i in range(3):
+        quadratic += model[DRAG + 3 + i] + model[DRAG + 9 + i]
+    if quadratic == 0.0:
+        return False
+    _dragged(state, model, work, z, 0.0, to)
+    _dragged(state, model, work, z, 1.0, to + 6)
+    for i in range(3):
+        if model[DRAG + 3 + i] != 0.0 and work[to + i] * work[to + 6 + i] < 0.0:
+            return True
+        if model[DRAG + 9 + i] != 0.0 and work[to + 3 + i] * work[to + 9 + i] < 0.0:
+            return True
+    return False
+
+
+@kernel
+def _dragged(state, model, work, z, share, to):
+    """Momentum of the centre of mass and rates, body axes, at a share of the unknowns, into work[to:to + 6]."""
+    dw, dx, dy, dz = exponential_minus_one(share * work[z + 3], share * work[z + 4], share * work[z + 5])
+    q = Q
+    qw, qx, qy, qz = qmultiply(1.0 + dw, dx, dy, dz, state[q], state[q + 1], state[q + 2], state[q + 3])
+    for i in range(3):
+        work[to + i] = state[P + i] + share * work[z + 6 + i]
+        work[to + 3 + i] = state[L + i] + share * work[z + 9 + i]
+    wx, wy, wz = rates_principal(model, qw, qx, qy, qz, work[to + 3], work[to + 4], work[to + 5])
+    work[to + 3], work[to + 4], work[to + 5] = to_body(model, wx, wy, wz)
+    qw, qx, qy, qz = body_attitude(model, qw, qx, qy, qz)
+    work[to], work[to + 1], work[to + 2] = qrotate_back(qw, qx, qy, qz, work[to], work[to + 1], work[to + 2])
 
 
 @kernel
