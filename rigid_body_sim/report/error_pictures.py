@@ -70,7 +70,7 @@ def error_against_time(found: Sequence[Point], name: str, folder: Path) -> Pictu
     """All points of a problem, joined method by method, and the frontier."""
     with pictures.figure(10.0, 6.4) as figure:
         axes = figure.subplots()
-        edge = frontier.frontier(found)
+        edge = frontier.frontier(found, tie=0.0)  # with ties it would be a band that goes up and down
         axes.plot(*_xy(edge), color="#FFE08A", linewidth=11, solid_capstyle="round", zorder=0, label="frontier")
         for index, method in enumerate(dict.fromkeys(p["method"] for p in found)):
             points = sorted((p for p in found if p["method"] == method), key=lambda p: p["cpu"])

@@ -31,14 +31,14 @@ def of_problem(results: Results, problem: str) -> Iterable[dict[str, Any]]:
     return [r for key, r in results.items() if key.split("/")[0] == problem and FAILED not in r]
 
 
-def frontier(found: Sequence[Point]) -> list[Point]:
-    """Points that no other undercuts in cost with an error not larger, cheapest first."""
-    kept = [p for p in found if not any(_undercuts(q, p) for q in found)]
+def frontier(found: Sequence[Point], tie: float = TIE) -> list[Point]:
+    """Points that no other undercuts in cost, by more than ``tie``, with an error not larger; cheapest first."""
+    kept = [p for p in found if not any(_undercuts(q, p, tie) for q in found)]
     return sorted(kept, key=lambda p: p["cpu"])
 
 
-def _undercuts(q: Point, p: Point) -> bool:
-    return q["error"] <= max(p["error"], ROUND_OFF) and q["cpu"] < (1.0 - TIE) * p["cpu"]
+def _undercuts(q: Point, p: Point, tie: float) -> bool:
+    return q["error"] <= max(p["error"], ROUND_OFF) and q["cpu"] < (1.0 - tie) * p["cpu"]
 
 
 def cheapest(found: Iterable[Point], level: float) -> Point | None:
