@@ -1,17 +1,12 @@
-"""What a user sees for a bad parameter: exit status 1 and one sentence on stderr that names the parameter.
-
-All the nodes of this module are started at once, a few at a time, because each spends its time importing.
-"""
-
-from concurrent.futures import ThreadPoolExecutor
+"""What a user sees for a bad parameter: exit status 1 and one sentence on stderr that names the parameter."""
 
 import pytest
+import yaml
+
+from . import many_nodes
 
 pytest.importorskip("rclpy")
 pytestmark = pytest.mark.ros
-
-NODES_AT_A_TIME = 3
-END_SECONDS = 60.0
 
 # Parameters, and what the sentence must say after "rigid_body_node: ".
 REFUSED = {
@@ -81,26 +76,18 @@ FILES = {
 
 
 @pytest.fixture(scope="module")
-def ended(run_node, tmp_path_factory):
+def ended(context, tmp_path_factory):
     """(exit status, stdout, stderr) by name, for everything in REFUSED and FILES."""
-
-    def end(process):
-        status = process.wait_end(END_SECONDS)
-        return status, process.stdout, process.stderr
-
-    def refuse(name):
-        return end(run_node(REFUSED[name][0]))
-
-    def read_file(name):
-        file = tmp_path_factory.mktemp("file") / "file.yaml"
-        if FILES[name][0] is not None:
-            file.write_text(FILES[name][0])
-        return end(run_node(arguments=["--params-file", str(file)]))
-
-    with ThreadPoolExecutor(NODES_AT_A_TIME) as pool:
-        futures = {name: pool.submit(refuse, name) for name in REFUSED}
-        futures |= {name: pool.submit(read_file, name) for name in FILES}
-    return {name: future.result() for name, future in futures.items()}
+    folder = tmp_path_factory.mktemp("nodes")
+    asked = {}
+    for number, name in enumerate((*REFUSED, *FILES)):
+        (folder / str(number)).mkdir()
+        file = folder / str(number) / "file.yaml"
+        text = FILES[name][0] if name in FILES else yaml.safe_dump({"/**": {"ros__parameters": REFUSED[name][0]}})
+        if text is not None:
+            file.write_text(text)
+        asked[name] = ["--ros-args", "--params-file", str(file)]
+    return many_nodes.run(asked, folder)
 
 
 @pytest.mark.parametrize("name", REFUSED)

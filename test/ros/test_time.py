@@ -98,14 +98,17 @@ def test_slower_than_real_time(clocked):
     assert simulated <= 0.25 * wall + PERIOD_NS / NANOSECONDS  # never faster, however busy the machine
 
 
-def test_as_fast_as_possible_keeps_the_grid_and_serves_requests(clocked):
-    assert clocked.set_parameter("real_time_factor", 0.0).successful
-    have = len(clocked.poses)
-    clocked.wait(lambda: len(clocked.poses) >= have + 1000, "50 s of simulated time")
-    assert clocked.set_parameter("real_time_factor", 1.0).successful
-    clocked.drain()
-    stamps = np.array([stamp_ns(message) for message in clocked.poses[have:]])
-    assert np.all(np.diff(stamps) % PERIOD_NS == 0)
+def test_as_fast_as_possible_keeps_the_grid_and_serves_requests(connect):
+    """Of few messages, each after many steps: the observer must keep up."""
+    rate, period_ns = 1e5, NANOSECONDS // 10
+    remote = connect({**SCENE, "rate": rate, "publish_rate": 10.0, "outputs": []}).ready()
+    assert remote.set_parameter("real_time_factor", 0.0).successful
+    have = len(remote.poses)
+    remote.wait(lambda: len(remote.poses) >= have + 300, "30 s of simulated time")
+    assert remote.set_parameter("real_time_factor", 1.0).successful
+    remote.drain()
+    stamps = np.array([stamp_ns(message) for message in remote.poses[have:]])
+    assert np.all(np.diff(stamps) % period_ns == 0)
     assert np.diff(stamps).min() > 0
 
 
