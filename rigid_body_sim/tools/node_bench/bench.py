@@ -90,6 +90,10 @@ class UnderTest:
         fields = Path(f"/proc/{self.process.pid}/stat").read_text().rpartition(")")[2].split()
         return (int(fields[11]) + int(fields[12])) / TICKS
 
+    def loop_seconds(self) -> float:
+        """CPU time of the first thread, which is the loop's, to the nanosecond."""
+        return int(Path(f"/proc/{self.process.pid}/schedstat").read_text().split()[0]) / 1e9
+
     def resident_kb(self) -> int:
         """Memory that the process has in RAM."""
         pages = int(Path(f"/proc/{self.process.pid}/statm").read_text().split()[1])

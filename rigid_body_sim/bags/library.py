@@ -1,0 +1,27 @@
+"""The library rosbags, where it is installed, and what is said when a bag cannot be made or read."""
+
+import functools
+from typing import Any
+
+
+class BagError(Exception):
+    """A bag that cannot be made, read or replayed; the text is one sentence that says what would be right."""
+
+
+def require() -> None:
+    """Raise BagError unless rosbags can be imported."""
+    try:
+        import rosbags.rosbag2  # noqa: F401
+    except ImportError as reason:
+        raise BagError(
+            f"bags need the library rosbags, which cannot be imported ({reason}); pip install 'rigid_body_sim[bag]'"
+        ) from None
+
+
+@functools.cache
+def typestore() -> Any:
+    """The message types of ROS 2 Jazzy. Raises BagError without rosbags."""
+    require()
+    from rosbags.typesys import Stores, get_typestore
+
+    return get_typestore(Stores.ROS2_JAZZY)
