@@ -73,8 +73,8 @@ class Template:
         """The serialised message with this stamp [ns] and these values: what ``Publisher.publish`` takes."""
         buffer = self._buffer
         _STAMP.pack_into(buffer, self._stamp_at, *divmod(stamp_ns, NANOSECONDS))
-        for pack_into, at, first, end in self._runs:
-            pack_into(buffer, at, *values[first:end])
+        for pack_into, at, part in self._runs:
+            pack_into(buffer, at, *values[part])
         return bytes(buffer)
 
     def _place(self, mark: bytes, name: str) -> int:
@@ -108,11 +108,11 @@ def _follow(message: Any, path: str) -> Any:
     return message
 
 
-def _runs(places: Sequence[int]) -> list[tuple[Any, int, int, int]]:
-    """(pack_into, offset, first, end) for each longest run of values [first:end] that lie side by side in the bytes."""
+def _runs(places: Sequence[int]) -> list[tuple[Any, int, slice]]:
+    """(pack_into, offset, part) for each longest run of values, a part of them, that lie side by side in the bytes."""
     starts = [i for i, place in enumerate(places) if i == 0 or place != places[i - 1] + _DOUBLE.size]
     return [
-        (struct.Struct(f"<{end - first}d").pack_into, places[first], first, end)
+        (struct.Struct(f"<{end - first}d").pack_into, places[first], slice(first, end))
         for first, end in zip(starts, [*starts, len(places)][1:], strict=True)
     ]
 

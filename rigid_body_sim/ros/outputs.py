@@ -264,12 +264,12 @@ class Channel:
     """The publisher of one output, ``end``. ``listeners`` is how many subscriptions there are, as far as is known.
 
     With ``keep``, the latest message is kept for subscriptions yet to come, so there is always taken to be one. It is
-    ``wanted`` when somebody listens, or when it is recorded.
+    ``wanted`` when somebody listens, or when it is recorded; ``changed()`` is called when that may be otherwise.
     """
 
-    def __init__(self, node: Node, output: Output, keep: bool):
+    def __init__(self, node: Node, output: Output, keep: bool, changed: Callable[[], None]):
         self.output = output
-        self._keep = keep
+        self._keep, self._changed = keep, changed
         self.listeners = int(keep)
         self._record: Callable[[bytes], None] | None = None
         self._told = True
@@ -295,16 +295,20 @@ class Channel:
             return node.create_publisher(kind, topic, **options)
 
     def _on_matched(self, event: QoSPublisherMatchedInfo) -> None:
-        self.listeners = max(event.current_count, self._keep)
+        self._note(event.current_count)
+
+    def _note(self, listeners: int) -> None:
+        self.listeners = max(listeners, self._keep)
+        self._changed()
 
     def count_listeners(self) -> None:
         """Ask, where no event has told yet. Where none ever will there is always taken to be one."""
-        count = self.end.get_subscription_count() if self._told else 1
-        self.listeners = max(count, self._keep)
+        self._note(self.end.get_subscription_count() if self._told else 1)
 
     def record(self, record: Callable[[bytes], None]) -> None:
         """From now on also give the bytes of each message to ``record``."""
         self._record = record
+        self._changed()
 
     @property
     def wanted(self) -> bool:
@@ -333,28 +337,32 @@ class Outputs:
         now = Motion(simulation)
         for entry in entries:
             entry.values(now)  # compiles what it needs now, not at the first listener
-        self.channels = [Channel(node, entry, scene["lockstep"]) for entry in entries]
+        self._wanted: list[Channel] = []
+        self.channels = [Channel(node, entry, scene["lockstep"], self._look_who_is_wanted) for entry in entries]
+        self._look_who_is_wanted()
 
     def count_listeners(self) -> None:
         """Look who listens. Later the executor tells, by events."""
         for channel in self.channels:
             channel.count_listeners()
 
+    def _look_who_is_wanted(self) -> None:
+        self._wanted = [channel for channel in self.channels if channel.wanted]
+
     @property
     def heard(self) -> bool:
         """Whether anybody listens to anything, or records it."""
-        return any(channel.wanted for channel in self.channels)
+        return bool(self._wanted)
 
     def tick(self, stamp_ns: int) -> None:
         """Send the clock alone."""
-        for channel in self.channels:
-            if channel.wanted and not channel.output.fields:
+        for channel in self._wanted:
+            if not channel.output.fields:
                 channel.publish(stamp_ns, None)
 
     def publish(self, stamp_ns: int) -> None:
         """Send the present motion to everybody who listens, all with the same stamp [ns]."""
-        motion = None
-        for channel in self.channels:
-            if channel.wanted:
-                motion = motion or Motion(self._simulation)
+        if self._wanted:
+            motion = Motion(self._simulation)
+            for channel in self._wanted:
                 channel.publish(stamp_ns, motion)
