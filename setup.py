@@ -33,10 +33,21 @@ setup(
         "fast": ["numba"],
         "mesh": ["trimesh"],
         "report": ["matplotlib", "mpmath", "tqdm"],
-        "bag": ["rosbags"],
+        "bag": ["rosbags~=0.11.0"],  # bags/writing.py adds to the chunk that this version fills
         # bsk is Basilisk and pin is Pinocchio; the names "basilisk" and "pinocchio" on PyPI are other projects.
         "peers": ["bsk", "diffrax", "drake", "jax", "mujoco", "pin", "scipy"],
-        "test": ["hypothesis", "mpmath", "pytest", "pytest-timeout", "pytest-xdist", "scipy", "trimesh"],
+        "test": [
+            "hypothesis",
+            "mcap",
+            "mcap-ros2-support",
+            "mpmath",
+            "pytest",
+            "pytest-timeout",
+            "pytest-xdist",
+            "rosbags~=0.11.0",
+            "scipy",
+            "trimesh",
+        ],
     },
     entry_points={
         "console_scripts": [

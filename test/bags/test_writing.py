@@ -1,0 +1,182 @@
+"""A bag that is written reads back with the libraries that others use, and it is said why one cannot be written."""
+
+import resource
+import struct
+import sys
+
+import pytest
+import yaml
+
+from rigid_body_sim.bags.library import BagError
+from rigid_body_sim.bags.writing import CHUNK_BYTES, BagWriter, Topic, serialised_text
+
+pytest.importorskip("rosbags")
+
+TOPICS = [
+    Topic("/n/pose", "geometry_msgs/msg/PoseStamped", depth=1, durability="transient_local"),
+    Topic("/n/wrench", "geometry_msgs/msg/WrenchStamped", reliability="best_effort"),
+    Topic("/n/rigid_body_node/journal", "std_msgs/msg/String"),
+]
+START_NS = 1_700_000_000_123_456_789
+
+
+def pose(number):
+    """A serialised PoseStamped in the frame "world", whose numbers tell ``number``."""
+    head = struct.pack("<iII12s", number, 2 * number, 6, b"world\0")
+    return b"\x00\x01\x00\x00" + head + struct.pack("<7d", *(number + i / 7 for i in range(7)))
+
+
+def messages(count):
+    """So many poses and, after every tenth, a text."""
+    for i in range(count):
+        yield 0, START_NS + 10 * i, pose(i)
+        if i % 10 == 0:
+            yield 2, START_NS + 10 * i + 1, serialised_text(f'{{"entry": "ä{i}"}}')
+
+
+def write(folder, count=100):
+    with BagWriter(folder, TOPICS) as bag:
+        bag.write(messages(count))
+    return bag
+
+
+@pytest.mark.parametrize("count", [1, 100, 30000], ids="{} poses".format)
+def test_rosbags_reads_every_byte(tmp_path, count):
+    from rosbags.highlevel import AnyReader
+
+    bag = write(tmp_path / "bag", count)
+    with AnyReader([tmp_path / "bag"]) as reader:
+        places = {topic.name: place for place, topic in enumerate(TOPICS)}
+        back = [(places[connection.topic], time_ns, data) for connection, time_ns, data in reader.messages()]
+        definitions = {connection.topic: connection.digest for connection in reader.connections}
+    assert back == list(messages(count))
+    assert bag.written == len(back)
+    assert definitions["/n/pose"] == "RIHS01_10f3786d7d40fd2b54367835614bff85d4ad3b5dab62bf8bca0cc232d73b4cd8"
+
+
+def test_mcap_reads_every_byte_of_many_chunks(tmp_path):
+    from mcap.reader import make_reader
+
+    count = 3 * CHUNK_BYTES // len(pose(0))
+    write(tmp_path / "bag", count)
+    with (tmp_path / "bag" / "bag.mcap").open("rb") as file:
+        reader = make_reader(file, validate_crcs=True)
+        summary = reader.get_summary()
+        back = [(message.log_time, message.data) for _, _, message in reader.iter_messages()]
+    assert back == [message[1:] for message in messages(count)]
+    assert len(summary.chunk_indexes) >= 3
+    assert summary.statistics.message_count == len(back)
+    assert (summary.statistics.message_start_time, summary.statistics.message_end_time) == (back[0][0], back[-1][0])
+
+
+def test_mcap_ros2_support_decodes_the_fields(tmp_path):
+    from mcap.reader import make_reader
+    from mcap_ros2.decoder import DecoderFactory
+
+    write(tmp_path / "bag", 20)
+    with (tmp_path / "bag" / "bag.mcap").open("rb") as file:
+        decoded = list(make_reader(file, decoder_factories=[DecoderFactory()]).iter_decoded_messages())
+    poses = [message.decoded_message for message in decoded if message.channel.topic == "/n/pose"]
+    texts = [message.decoded_message.data for message in decoded if message.channel.topic.endswith("journal")]
+    assert [message.header.stamp.sec for message in poses] == list(range(20))
+    assert {message.header.frame_id for message in poses} == {"world"}
+    assert [message.pose.orientation.w for message in poses] == [i + 6 / 7 for i in range(20)]
+    assert texts == ['{"entry": "ä0"}', '{"entry": "ä10"}']
+
+
+def test_metadata_is_that_of_jazzy(tmp_path):
+    write(tmp_path / "bag", 30)
+    assert sorted(path.name for path in (tmp_path / "bag").iterdir()) == ["bag.mcap", "metadata.yaml"]
+    information = yaml.safe_load((tmp_path / "bag" / "metadata.yaml").read_text())["rosbag2_bagfile_information"]
+    assert (information["version"], information["storage_identifier"]) == (9, "mcap")
+    assert (information["message_count"], information["starting_time"]) == (
+        33,
+        {"nanoseconds_since_epoch": START_NS},
+    )
+    found = {entry["topic_metadata"]["name"]: entry for entry in information["topics_with_message_count"]}
+    assert {name: entry["message_count"] for name, entry in found.items()} == {
+        "/n/pose": 30,
+        "/n/wrench": 0,
+        "/n/rigid_body_node/journal": 3,
+    }
+    (qos,) = found["/n/pose"]["topic_metadata"]["offered_qos_profiles"]
+    assert (qos["durability"], qos["reliability"], qos["depth"]) == ("transient_local", "reliable", 1)
+
+
+def test_what_is_flushed_can_be_read_before_the_end(tmp_path):
+    """As after SIGKILL: no index, no metadata.yaml."""
+    bag = BagWriter(tmp_path / "bag", TOPICS)
+    bag.write(messages(200))
+    bag.flush()
+    bag.write(messages(50))
+    assert stream(tmp_path / "bag" / "bag.mcap") == list(messages(200))
+    assert bag.written == 220
+    bag.abandon()
+
+
+def test_full_disk_leaves_whole_chunks(tmp_path):
+    """The limit on the size of files is to this process what a full disk is."""
+    bag = BagWriter(tmp_path / "bag", TOPICS)
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (3 * CHUNK_BYTES, before[1]))
+    try:
+        with pytest.raises(OSError, match="too large"):
+            bag.write(messages(100_000))
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    assert bag.written > 10_000
+    assert stream(tmp_path / "bag" / "bag.mcap") == list(messages(100_000))[: bag.written]
+    bag.close()
+    assert not (tmp_path / "bag" / "metadata.yaml").exists()
+
+
+def stream(path):
+    """The messages of a file without an end, which holds whole records."""
+    from mcap.exceptions import EndOfFile
+    from mcap.records import Message
+    from mcap.stream_reader import StreamReader
+
+    found = []
+    with path.open("rb") as file, pytest.raises(EndOfFile):
+        for record in StreamReader(file).records:
+            if isinstance(record, Message):
+                found.append((record.channel_id - 1, record.log_time, record.data))
+    return found
+
+
+def test_after_an_exception_there_is_no_description(tmp_path):
+    with pytest.raises(ZeroDivisionError), BagWriter(tmp_path / "bag", TOPICS) as bag:
+        bag.write(messages(10))
+        raise ZeroDivisionError
+    assert [path.name for path in (tmp_path / "bag").iterdir()] == ["bag.mcap"]
+
+
+# What is refused ------------------------------------------------------------------------------------------------------
+
+
+def test_existing_folder(tmp_path):
+    with pytest.raises(BagError, match=r"exists already; give a folder that does not exist yet$"):
+        BagWriter(tmp_path, TOPICS)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_folder_below_a_file(tmp_path):
+    (tmp_path / "file").touch()
+    with pytest.raises(BagError, match=r"cannot be made \(Not a directory\); give a folder that can be$"):
+        BagWriter(tmp_path / "file" / "bag", TOPICS)
+
+
+def test_unknown_type(tmp_path):
+    with pytest.raises(BagError, match="type my_msgs/msg/Nothing is not one of ROS 2 Jazzy"):
+        BagWriter(tmp_path / "bag", [Topic("/a", "my_msgs/msg/Nothing")])
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_without_rosbags(tmp_path, monkeypatch):
+    from rigid_body_sim.bags import library
+
+    library.typestore.cache_clear()
+    monkeypatch.setitem(sys.modules, "rosbags.rosbag2", None)
+    with pytest.raises(BagError, match=r"pip install 'rigid_body_sim\[bag\]'"):
+        BagWriter(tmp_path / "bag", TOPICS)
+    assert list(tmp_path.iterdir()) == []
