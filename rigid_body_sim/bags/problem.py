@@ -1,0 +1,302 @@
+"""What a bag says about a run: where it starts, and which commands reached it when."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..physics import rotation
+from ..physics.compiled import sources_digest
+from ..physics.state import State
+from ..scene.loader import Scene
+from ..simulation import Simulation
+from . import journal as journals
+from . import timing, topics
+from .comparison import angles
+from .library import BagError
+from .reading import Messages, Recording
+
+NANOSECONDS = 1_000_000_000
+SAME_START = 1e-9  # m, rad, m/s, rad/s: a first pose this near to the scene's initial one is that one
+CUT_OR_RECORD = "cut the bag there, or let the node record (record.path)"
+SCENE, BAG = "scene", "bag"  # where the initial state comes from
+
+
+@dataclass(frozen=True)
+class Choices:
+    """What a user may choose; None is decided by what is in the bag."""
+
+    topics: tuple[str, ...] = ()
+    pose: str | None = None
+    times: str | None = None  # timing.HEADER or RECEIVE
+    start: str | None = None  # SCENE or BAG
+
+
+BY_WHAT_IS_THERE = Choices()
+
+
+@dataclass(frozen=True)
+class Commands:
+    """The commands of all topics, in the order in which they reached the simulation."""
+
+    topics: tuple[str, ...]  # the first leads in lockstep
+    topic: NDArray  # (n,) index into topics
+    time_ns: NDArray  # (n,) simulated time since the start; without meaning in lockstep
+    values: NDArray  # (n, 6) force [N] and torque [N m]
+    frame_ids: NDArray  # (n,) of str
+
+    def part(self, which: NDArray | slice) -> "Commands":
+        """Some of them."""
+        names = ("topic", "time_ns", "values", "frame_ids")
+        return replace(self, **{name: getattr(self, name)[which] for name in names})
+
+
+@dataclass(frozen=True)
+class Problem:
+    """What to simulate but the scene, as a bag tells it. It can be pickled and sent to another process.
+
+    Poses are wanted at ``stamp_ns``; step 0 has the stamp ``epoch_ns``. Where there is a journal, it takes the place of
+    the commands.
+    """
+
+    epoch_ns: int
+    stamp_ns: NDArray  # (m,)
+    receive_ns: NDArray  # (m,)
+    recorded: NDArray | None  # (m, 7) poses
+    pose_topic: str
+    twist_topic: str
+    start: State | None = None  # None is the scene's
+    commands: Commands | None = None
+    journal: tuple[journals.Entry, ...] = ()
+    notes: tuple[str, ...] = ()
+
+
+# What to simulate -----------------------------------------------------------------------------------------------------
+
+
+def scene_of(recording: Recording) -> Scene | None:
+    """The scene in the bag's journal; None without a journal. Raises BagError for a journal that cannot be read."""
+    return journals.beginning(journals.read(recording.journal)).scene if recording.journal else None
+
+
+def prepare(recording: Recording, scene: Scene, choices: Choices = BY_WHAT_IS_THERE) -> Problem:
+    """What a bag says about a run of this scene. Raises BagError when that cannot be simulated again."""
+    pose = topics.pose(recording, scene, choices.pose)
+    twist = topics.twist(recording, pose)
+    notes = list(recording.notes)
+    if recording.journal:
+        return _by_journal(recording, scene, pose, twist, notes)
+    names = topics.commands(recording, scene, choices.topics)
+    given = [recording.wrenches[name] for name in names]
+    unknown = [f"{name} ({recording.types[name]})" for name in topics.left_out(recording, names)]
+    if unknown:
+        notes.append(f"Left out, because only a journal tells when they took effect: {', '.join(unknown)}.")
+    if pose is None:
+        return _without_poses(scene, names, given, choices, notes)
+    poses = recording.poses[pose]
+    _check_frame(recording, pose, scene)
+    notes.append(timing.oddities(f"Stamps of {pose}", poses.stamp_ns))
+    poses = _chosen(poses, timing.order(recording.path, pose, poses.stamp_ns, CUT_OR_RECORD))
+    poses = _chosen(poses, timing.last_of_equal(poses.stamp_ns))
+    twists = recording.twists[twist] if twist else None
+    first, start, told = _start(recording, scene, pose, poses, twists, choices.start)
+    notes.append(told)
+    poses = _chosen(poses, slice(first, None))
+    epoch_ns = int(poses.stamp_ns[0])
+    if scene["lockstep"]:
+        if start is None:
+            epoch_ns = 0
+        ordered_commands = _in_lockstep(names, given, scene, poses if start else None, notes)
+    else:
+        ordered_commands = _by_time(recording, scene, names, given, poses, epoch_ns, choices.times, notes)
+    return Problem(
+        epoch_ns,
+        poses.stamp_ns,
+        poses.receive_ns,
+        poses.values,
+        pose,
+        twist or _beside(pose),
+        start,
+        ordered_commands,
+        notes=tuple(filter(None, notes)),
+    )
+
+
+def _by_journal(recording: Recording, scene: Scene, pose: str | None, twist: str | None, notes: list[str]) -> Problem:
+    if pose is None:
+        raise BagError(f"{recording.path}: has a journal, but no pose to compare with; record pose, too")
+    poses = recording.poses[pose]
+    entries = tuple(journals.read(recording.journal))
+    notes.append("Simulated by the node's own journal: each command takes effect at the step at which it did.")
+    notes.append(_other_kernels(journals.beginning(entries)))
+    return Problem(
+        journals.beginning(entries).epoch_ns,
+        poses.stamp_ns,
+        poses.receive_ns,
+        poses.values,
+        pose,
+        twist or _beside(pose),
+        journal=entries,
+        notes=tuple(filter(None, notes)),
+    )
+
+
+def _other_kernels(beginning: journals.Beginning) -> str:
+    if beginning.kernels == sources_digest():
+        return ""
+    return f"It was recorded by version {beginning.version} with other kernels: the last digits may differ."
+
+
+def _without_poses(
+    scene: Scene, names: Sequence[str], given: Sequence[Messages], choices: Choices, notes: list[str]
+) -> Problem:
+    """From the first command to the last, with a pose as often as the scene publishes one."""
+    notes.append("The bag has no poses: the scene's initial state is where the first command takes effect.")
+    when = [timing.of_commands(messages, None, choices.times) for messages in given]
+    notes += [_told(name, times) for name, times in zip(names, when, strict=True)]
+    epoch_ns = min(int(times.ns.min()) for times in when)
+    merged = _merged(names, given, [times.ns - epoch_ns for times in when])
+    period = scene.steps_per_publish * NANOSECONDS / scene["rate"]
+    count = int(merged.time_ns[-1] // period) + 2
+    stamp_ns = epoch_ns + np.rint(np.arange(count) * period).astype(np.int64)
+    pose = f"{names[0].rpartition('/')[0]}/pose"
+    notes = tuple(filter(None, notes))
+    return Problem(epoch_ns, stamp_ns, stamp_ns, None, pose, _beside(pose), commands=merged, notes=notes)
+
+
+def _beside(pose: str) -> str:
+    return f"{pose.rpartition('/')[0]}/twist"
+
+
+def _check_frame(recording: Recording, pose: str, scene: Scene) -> None:
+    world = scene["world_frame_id"]
+    for name in dict.fromkeys(recording.poses[pose].frame_ids.tolist()):
+        if name.removeprefix("/") not in (world, ""):
+            raise BagError(
+                f"{recording.path}: {pose} is in frame {name!r}, the scene's world is {world!r}; give the scene of "
+                "this bag with --scene, or another topic with --pose"
+            )
+
+
+# Where it starts ------------------------------------------------------------------------------------------------------
+
+
+def _start(
+    recording: Recording, scene: Scene, pose: str, poses: Messages, twists: Messages | None, asked: str | None
+) -> tuple[int, State | None, str]:
+    """Index of the pose to start with, the state there (None: the scene's), and a sentence about it."""
+    at = f"the first pose, stamped {timing.seconds(int(poses.stamp_ns[0]))}"
+    if asked == SCENE:
+        return 0, None, f"Starts from the scene's initial state, as asked for, at {at}."
+    if asked is None and _begins_with(scene, poses, twists):
+        return 0, None, f"Starts from the scene's initial state, at {at}."
+    first = _first_with_twist(poses, twists)
+    if first is None:
+        raise BagError(
+            f"{recording.path}: begins after the start, and no twist of the body tells the velocities at the first "
+            f"pose of {pose}; give --start scene, or a scene with them in initial.*"
+        )
+    index, twist = first
+    state = _state(recording, scene, poses, index, twists, twist)
+    at = timing.seconds(int(poses.stamp_ns[index]))
+    why = "as asked for" if asked else "the bag begins after the scene's initial state"
+    return index, state, f"Starts from the recorded pose and twist stamped {at}: {why}."
+
+
+def _begins_with(scene: Scene, poses: Messages, twists: Messages | None) -> bool:
+    """Whether the first pose is the scene's initial state, or in lockstep the answer to the first command."""
+    if scene["lockstep"]:
+        step = int(timing.nearest_steps(poses.stamp_ns[:1], scene["rate"])[0])
+        return step in (0, scene["steps_per_command"])
+    motion = np.array(Simulation.from_scene(scene).motion)
+    there = np.abs(poses.values[0, :3] - motion[:3]).max() <= SAME_START * max(1.0, np.abs(motion[:3]).max())
+    there = there and angles(poses.values[:1, 3:7], motion[None, 3:7])[0] <= SAME_START
+    if not there or twists is None:
+        return bool(there)
+    same = np.flatnonzero(twists.stamp_ns == poses.stamp_ns[0])
+    expected = motion[13:19] if _last(twists.frame_ids, same) == scene["body.frame_id"] else motion[7:13]
+    return not len(same) or bool(np.abs(twists.values[same[-1]] - expected).max() <= SAME_START)
+
+
+def _last(frame_ids: NDArray, same: NDArray) -> str:
+    return frame_ids[same[-1]].removeprefix("/") if len(same) else ""
+
+
+def _first_with_twist(poses: Messages, twists: Messages | None) -> tuple[int, int] | None:
+    """Indices of the first pose and twist of one stamp."""
+    if twists is None:
+        return None
+    _, pose, twist = np.intersect1d(poses.stamp_ns, twists.stamp_ns, return_indices=True)
+    return (int(pose[0]), int(twist[0])) if len(pose) else None
+
+
+def _state(recording: Recording, scene: Scene, poses: Messages, index: int, twists: Messages, twist: int) -> State:
+    values, frame = poses.values[index], twists.frame_ids[twist].removeprefix("/")
+    orientation, velocity, w = values[3:7], twists.values[twist, :3], twists.values[twist, 3:]
+    if frame not in (scene["body.frame_id"], scene["world_frame_id"]):
+        raise BagError(
+            f"{recording.path}: twists are in frame {frame!r}; the scene knows {scene['body.frame_id']!r} and "
+            f"{scene['world_frame_id']!r}"
+        )
+    try:
+        orientation = rotation.normalize(orientation)
+        if frame == scene["body.frame_id"]:
+            return State(values[:3], orientation, rotation.rotate(orientation, velocity), w)
+        return State(values[:3], orientation, velocity, rotation.rotate_back(orientation, w))
+    except ValueError as reason:
+        raise BagError(f"{recording.path}: cannot start from the recorded pose and twist: {reason}") from None
+
+
+# Commands -------------------------------------------------------------------------------------------------------------
+
+
+def _by_time(
+    recording: Recording,
+    scene: Scene,
+    names: Sequence[str],
+    given: Sequence[Messages],
+    poses: Messages,
+    epoch_ns: int,
+    asked: str | None,
+    notes: list[str],
+) -> Commands:
+    when = [timing.of_commands(messages, poses, asked) for messages in given]
+    kept, longest_ns = [], scene["wrench.timeout"] * NANOSECONDS or math.inf
+    for name, times in zip(names, when, strict=True):
+        notes += [_told(name, times), timing.oddities(f"Times of {name}", times.ns, longest_ns)]
+        kept.append(timing.order(recording.path, name, times.ns, "choose --times receive, or cut the bag"))
+    chosen = [_chosen(messages, ordered) for messages, ordered in zip(given, kept, strict=True)]
+    return _merged(names, chosen, [times.ns[o] - epoch_ns for times, o in zip(when, kept, strict=True)])
+
+
+def _told(name: str, times: timing.Times) -> str:
+    return f"Commands on {name} take effect at {times.source}."
+
+
+def _in_lockstep(
+    names: Sequence[str], given: Sequence[Messages], scene: Scene, start: Messages | None, notes: list[str]
+) -> Commands:
+    """In the order in which they were received; of a bag that begins late, those after its first pose."""
+    notes.append(
+        f"Lockstep: each command on {names[0]} advances the simulation by {scene['steps_per_command']} steps, "
+        "in the order in which they were received."
+    )
+    merged = _merged(names, given, [messages.receive_ns for messages in given])
+    if start is None:
+        return merged
+    return merged.part(merged.time_ns > start.receive_ns[0])
+
+
+def _merged(names: Sequence[str], given: Sequence[Messages], times_ns: Sequence[NDArray]) -> Commands:
+    time_ns = np.concatenate(times_ns)
+    order = np.argsort(time_ns, kind="stable")
+    topic = np.repeat(np.arange(len(given)), [len(messages) for messages in given])
+    values = np.concatenate([messages.values for messages in given])
+    frame_ids = np.concatenate([messages.frame_ids for messages in given])
+    return Commands(tuple(names), topic[order], time_ns[order], values[order], frame_ids[order])
+
+
+def _chosen(messages: Messages, which: NDArray | slice) -> Messages:
+    return Messages(*(getattr(messages, name)[which] for name in ("receive_ns", "stamp_ns", "values", "frame_ids")))
