@@ -26,7 +26,7 @@ from .library import BagError
 TOPIC = "~/journal"  # of the node, so /ns/rigid_body_node/journal in the bag
 TYPE = "std_msgs/msg/String"
 SCENE = "scene"  # first entry
-LOST = "lost"  # some entries could not be kept
+LOST = "lost"  # entries that could not be kept would stand here
 
 # What mass, inertia and centre of mass may follow from: an entry has what follows, so that a bag is enough.
 _SOURCES = (
@@ -217,8 +217,8 @@ def replay(
 def _repeat(entry: Entry, simulation: Simulation) -> None:
     if entry.call == LOST:
         raise BagError(
-            f"the journal has a hole after step {entry.step}: {entry.values['count']} entries found no room in the "
-            "recorder's buffer; the run can be repeated up to there"
+            f"the journal has a hole after step {entry.step}, where the recorder's buffer was full; the run can be "
+            "repeated up to there"
         )
     _go_to(simulation, entry.step, f"{entry.call} at step {entry.step}")
     try:

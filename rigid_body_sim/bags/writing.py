@@ -128,8 +128,10 @@ class BagWriter:
         self._is_open = False
         with contextlib.suppress(OSError):  # it tries once more to write what did not fit
             self._storage.bio.close()
-        if self._safe_bytes < self._storage.path.stat().st_size:
-            os.truncate(self._storage.path, self._safe_bytes)
+        with contextlib.suppress(OSError):  # somebody has removed it
+            if self._bag.storage is not None:  # else it has its index, and only the description could not be written
+                os.truncate(self._storage.path, self._safe_bytes)
+            self._bag.metapath.with_suffix(".yaml.tmp").unlink(missing_ok=True)
 
     def __enter__(self) -> "BagWriter":
         return self

@@ -2,6 +2,7 @@
 
 from collections import Counter
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
@@ -10,6 +11,14 @@ from ..physics import invariants
 from ..simulation import Simulation
 
 NANOSECONDS = 1_000_000_000
+
+
+class Recording(NamedTuple):
+    """How many messages are in the bag, how many are not, and why no more will be."""
+
+    recorded: int = 0
+    dropped: int = 0
+    failure: str = ""
 
 
 @dataclass(frozen=True)
@@ -23,6 +32,7 @@ class Reading:
     p99_ns: int  # lateness that 99 of 100 publications kept to since then
     refused: Counter[str]
     limited: int  # commands that were scaled down
+    recording: Recording
 
 
 def status(
@@ -35,19 +45,11 @@ def status(
     failure: str,
     ages: dict[str, float | None],
 ) -> DiagnosticStatus:
-    """ERROR after a step that could not be done, WARN when time slipped or commands were refused, else OK."""
-    slipped = (now.slipped_ns - before.slipped_ns) / NANOSECONDS
-    refused = now.refused.total() - before.refused.total()
-    level, message = DiagnosticStatus.OK, mode
-    if failure:
-        level, message = DiagnosticStatus.ERROR, failure
-    elif slipped:
-        level, message = (
-            DiagnosticStatus.WARN,
-            f"{mode}, slower than real time by {slipped:.3f} s since the last report",
-        )
-    elif refused:
-        level, message = DiagnosticStatus.WARN, f"{mode}, {refused} commands refused since the last report"
+    """ERROR after a step that could not be done or where recording has stopped, WARN when something was lost, else OK.
+
+    Lost is time that slipped, commands that were refused, messages that were not recorded.
+    """
+    level, message = _verdict(before, now, mode, failure)
     seconds = (now.wall_ns - before.wall_ns) / NANOSECONDS
     achieved = (now.steps - before.steps) / seconds if seconds > 0.0 else 0.0
     values = {
@@ -63,6 +65,8 @@ def status(
         "wrench held": "yes" if simulation.wrench.points or any(simulation.wrench.values) else "no",
         **{f"{topic} age [s]": "none yet" if age is None else f"{age:.6f}" for topic, age in ages.items()},
         "commands limited": str(now.limited),
+        "recorded": str(now.recording.recorded),
+        "dropped": str(now.recording.dropped),
         **{f"refused: {reason}": str(count) for reason, count in sorted(now.refused.items())},
         **_motion(simulation),
     }
@@ -73,6 +77,19 @@ def status(
         hardware_id="rigid_body_sim",
         values=[KeyValue(key=key, value=value) for key, value in values.items()],
     )
+
+
+def _verdict(before: Reading, now: Reading, mode: str, failure: str) -> tuple[bytes, str]:
+    """Level and message: the worst of what there is to say."""
+    if failure or now.recording.failure:
+        return DiagnosticStatus.ERROR, failure or f"{mode}, {now.recording.failure}"
+    if slipped := (now.slipped_ns - before.slipped_ns) / NANOSECONDS:
+        return DiagnosticStatus.WARN, f"{mode}, slower than real time by {slipped:.3f} s since the last report"
+    if refused := now.refused.total() - before.refused.total():
+        return DiagnosticStatus.WARN, f"{mode}, {refused} commands refused since the last report"
+    if dropped := now.recording.dropped - before.recording.dropped:
+        return DiagnosticStatus.WARN, f"{mode}, {dropped} messages found no room in the recorder since the last report"
+    return DiagnosticStatus.OK, mode
 
 
 def _motion(simulation: Simulation) -> dict[str, str]:

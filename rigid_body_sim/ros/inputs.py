@@ -23,10 +23,32 @@ QUEUE = 10
 WARN_EVERY = 5.0  # s between two warnings of the same kind
 
 
+class Input:
+    """One subscription, ``end``, that gives the bytes of each message to ``callback``."""
+
+    def __init__(self, node: Node, kind: type, topic: str, callback: Callable[[bytes], None]):
+        overridable = QoSOverridingOptions.with_default_policies()
+        self._callback = callback
+        self.end = node.create_subscription(
+            kind, topic, lambda data: self._callback(data), QUEUE, qos_overriding_options=overridable, raw=True
+        )
+
+    def record(self, record: Callable[[bytes], None]) -> None:
+        """From now on give the bytes to ``record`` first."""
+        callback = self._callback
+
+        def record_and_call(data: bytes) -> None:
+            record(data)
+            callback(data)
+
+        self._callback = record_and_call
+
+
 class Inputs:
     """The node's subscriptions. What cannot be accepted is counted, warned about, and changes nothing.
 
-    ``ages`` gives the simulated time since each source's latest command; ``limited`` counts those scaled down.
+    ``ages`` gives the simulated time since each source's latest command; ``limited`` counts those scaled down;
+    ``inputs`` are the subscriptions themselves.
     """
 
     def __init__(self, node: Node, scene: Scene, loop: Loop):
@@ -41,6 +63,7 @@ class Inputs:
         self._wrench_reader = WrenchReader(scene, limit=self._limit)
         self._impulse_reader = WrenchReader(scene, "impulse")
         self.set_limits(scene)
+        self.inputs: list[Input] = []
         self._subscribe(node, WrenchStamped, "impulse", self._on_impulse)
         self._subscribe(node, PoseStamped, "set_pose", self._on_set_pose)
         self._subscribe(node, TwistStamped, "set_twist", self._on_set_twist)
@@ -67,9 +90,7 @@ class Inputs:
         self._steps = {topic: step + steps for topic, step in self._steps.items()}
 
     def _subscribe(self, node: Node, kind: type, topic: str, callback: Callable[[bytes], None]) -> None:
-        overridable = QoSOverridingOptions.with_default_policies()
-        guarded = self._guarded(callback)
-        node.create_subscription(kind, topic, guarded, QUEUE, qos_overriding_options=overridable, raw=True)
+        self.inputs.append(Input(node, kind, topic, self._guarded(callback)))
 
     def _wrench_callback(self, topic: str) -> Callable[[bytes], None]:
         """What to do with a command on ``topic``; in lockstep, one on the first topic advances the simulation."""

@@ -47,7 +47,7 @@ class Loop:
         self._steps_per_command = scene["steps_per_command"]
         self._every = scene.steps_per_publish
         self._keep_time = not scene["reset_time"]
-        self._outputs, self._epoch_ns, self._complain = outputs, epoch_ns, complain
+        self._outputs, self.epoch_ns, self._complain = outputs, epoch_ns, complain
         self.pacer = Pacer(simulation.rate, time.monotonic_ns(), scene["real_time_factor"])
         self._clock_due_ns = 0
         self._run: Run | None = None
@@ -87,9 +87,14 @@ class Loop:
         self._outputs.publish(self.stamp_ns)
 
     @property
+    def in_haste(self) -> bool:
+        """Whether steps are taken by the clock, so that whoever makes the loop wait makes it late."""
+        return self.mode == "running" and not self.pacer.free
+
+    @property
     def stamp_ns(self) -> int:
         """Time [ns] in the stamps of the present step."""
-        return self._epoch_ns + self.simulation.time_ns
+        return self.epoch_ns + self.simulation.time_ns
 
     def _advance(self, due: int, paced: bool = False) -> None:
         """Take ``due`` steps, publishing at each step that is a multiple of steps_per_publish.

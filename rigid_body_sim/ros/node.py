@@ -8,8 +8,7 @@ from rclpy.node import Node
 from rclpy.qos_overriding_options import QoSOverridingOptions
 
 from ..scene.loader import Scene
-from ..simulation import Simulation
-from . import diagnostics, messages, parameters, realtime, services, standard_services
+from . import diagnostics, messages, parameters, realtime, recording, services, standard_services
 from .executor import executor_for
 from .inputs import Inputs
 from .loop import Loop
@@ -30,7 +29,7 @@ class RigidBodyNode(Node):
     def __init__(self, **node_arguments):
         super().__init__("rigid_body_node", **node_arguments)
         self.scene = parameters.declare(self)
-        self.simulation = Simulation.from_scene(self.scene)
+        self.simulation = recording.simulation_of(self.scene)
         self._outputs = Outputs(self, self.scene, self.simulation)
         self.loop = Loop(self.scene, self.simulation, self._outputs, self._epoch_ns(), self.get_logger().error)
         self._diagnostics_publisher = self.create_publisher(
@@ -41,10 +40,26 @@ class RigidBodyNode(Node):
         standard_services.create(self, self.scene, self.loop, self.reset, self._quit)
         parameters.refuse_undeclared(self)
         self._changes = parameters.Changes(self, self.scene, self._take)
+        # After all that may refuse to start, so that no bag is left behind.
+        self._recorder = recording.start(self, self.scene, self.loop, [*self._outputs.channels, *self._inputs.inputs])
+        self._told_failure_to_record = False
         self._report_due_ns = time.monotonic_ns() + NANOSECONDS
         self._last_reading = self._reading()
         self._plans_told: set[str] = set()
         self._stop: StopRequest | None = None
+
+    def destroy_node(self) -> None:
+        """Close the bag, and leave the network."""
+        if self._recorder is not None:
+            self._recorder.close()
+            self._tell_failure_to_record()
+        super().destroy_node()
+
+    def _tell_failure_to_record(self) -> None:
+        """Log, once, that the recorder has stopped."""
+        if self._recorder is not None and self._recorder.failure and not self._told_failure_to_record:
+            self._told_failure_to_record = True
+            self.get_logger().error(self._recorder.failure)
 
     def _epoch_ns(self) -> int:
         """Stamp of simulated time zero: zero where this node makes the time or repeats to the bit, else now."""
@@ -124,7 +139,13 @@ class RigidBodyNode(Node):
             pacer.lateness.take_p99_ns(),
             inputs.refused.copy(),
             inputs.limited,
+            self._recording(),
         )
+
+    def _recording(self) -> diagnostics.Recording:
+        if (recorder := self._recorder) is None:
+            return diagnostics.Recording()
+        return diagnostics.Recording(recorder.recorded, recorder.dropped, recorder.failure)
 
     def _report(self, now_ns: int) -> None:
         reading = self._reading()
@@ -141,5 +162,6 @@ class RigidBodyNode(Node):
         messages.stamp(report.header, self.get_clock().now().nanoseconds)
         self._diagnostics_publisher.publish(report)
         self._tell_plan()
+        self._tell_failure_to_record()
         self._last_reading = reading
         self._report_due_ns = now_ns + NANOSECONDS

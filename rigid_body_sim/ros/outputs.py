@@ -15,6 +15,7 @@ from rclpy.event_handler import PublisherEventCallbacks, QoSPublisherMatchedInfo
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.qos_overriding_options import QoSOverridingOptions
+from rclpy.serialization import serialize_message
 
 from ..physics.body import Body
 from ..physics.rotation import qmultiply, qrotate, qrotate_back
@@ -262,18 +263,19 @@ KINDS: dict[str, Callable[[Scene, Simulation], Output]] = {
 class Channel:
     """The publisher of one output. ``listeners`` is how many subscriptions there are, as far as is known.
 
-    With ``keep``, the latest message is kept for subscriptions yet to come, so there is always taken to be one.
+    With ``keep``, the latest message is kept for subscriptions yet to come, so there is always taken to be one; and so
+    there is for what is recorded. ``end`` is the publisher itself.
     """
 
     def __init__(self, node: Node, output: Output, keep: bool):
         self.output = output
         self._keep = keep
-        self.listeners = int(keep)
+        self._least = self.listeners = int(keep)
         self._told = True
-        self._publisher = self._create(node)
+        self.end = self._create(node)
         self._writer, reason = cdr.writer(output.message, output.fields, output.stamp)
         # ``Publisher.publish`` looks at the type of what it is given, which costs as much as sending the bytes.
-        self._send = self._publisher.publish if reason else self._publisher.handle.publish_raw
+        self._send = self.end.publish if reason else self.end.handle.publish_raw
         if reason:
             node.get_logger().info(f"topic {output.topic} is published field by field: {reason}")
 
@@ -291,12 +293,24 @@ class Channel:
             return node.create_publisher(kind, topic, **options)
 
     def _on_matched(self, event: QoSPublisherMatchedInfo) -> None:
-        self.listeners = max(event.current_count, self._keep)
+        self.listeners = max(event.current_count, self._least)
 
     def count_listeners(self) -> None:
         """Ask, where no event has told yet. Where none ever will there is always taken to be one."""
-        count = self._publisher.get_subscription_count() if self._told else 1
-        self.listeners = max(count, self._keep)
+        count = self.end.get_subscription_count() if self._told else 1
+        self.listeners = max(count, self._least)
+
+    def record(self, record: Callable[[bytes], None]) -> None:
+        """From now on also give the bytes of each message to ``record``."""
+        send = self._send
+
+        def send_and_record(message: Any) -> None:
+            send(message)
+            record(message if isinstance(message, bytes) else serialize_message(message))
+
+        self._send = send_and_record
+        self._least = 1
+        self.listeners = max(self.listeners, 1)
 
     def publish(self, stamp_ns: int, motion: Motion) -> None:
         """Send the output for this motion, stamped with this time [ns]."""

@@ -67,7 +67,9 @@ class Parameter:
     def _convert(self, value: Any) -> Any:
         if self.type == NAMES:
             if isinstance(value, str) or not isinstance(value, Iterable):
-                raise ValueError(f"is not an array; give names such as {list(self.choices[:2] or self.default)}")
+                raise ValueError(
+                    f"is not an array; give names such as {list(self.choices[:2] or self.default or ('pose', 'twist'))}"
+                )
             return tuple(value)
         if self.type is tuple:
             if isinstance(value, str) or not isinstance(value, Iterable):
@@ -350,6 +352,19 @@ TABLE: tuple[Parameter, ...] = (
         most=1.0,
     ),
     Parameter("outputs", NAMES, (), "What is published beside pose and twist; see Topics above.", choices=OUTPUTS),
+    Parameter(
+        "record.path",
+        str,
+        "",
+        "Where the node records a bag: a path that does not exist yet; empty = nowhere. See docs/recording.md.",
+        optional=True,
+    ),
+    Parameter(
+        "record.topics",
+        NAMES,
+        (),
+        "Topics recorded; empty = all: pose, twist, outputs, wrench.topics, impulse, set_pose, set_twist.",
+    ),
 )
 
 BY_NAME = {parameter.name: parameter for parameter in TABLE}

@@ -144,6 +144,32 @@ def stream(path):
     return found
 
 
+def test_no_room_for_the_index_leaves_whole_chunks(tmp_path):
+    bag = BagWriter(tmp_path / "bag", TOPICS)
+    bag.write(messages(1000))
+    bag.flush()
+    file = tmp_path / "bag" / "bag.mcap"
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (file.stat().st_size + 100, before[1]))
+    try:
+        with pytest.raises(OSError, match="too large"):
+            bag.close()
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    assert stream(file) == list(messages(1000))
+    assert [path.name for path in (tmp_path / "bag").iterdir()] == ["bag.mcap"]
+
+
+def test_removed_folder_is_an_error_at_the_end(tmp_path):
+    bag = BagWriter(tmp_path / "bag", TOPICS)
+    bag.write(messages(10))
+    (tmp_path / "bag" / "bag.mcap").unlink()
+    (tmp_path / "bag").rmdir()
+    with pytest.raises(FileNotFoundError):
+        bag.close()
+    bag.close()
+
+
 def test_after_an_exception_there_is_no_description(tmp_path):
     with pytest.raises(ZeroDivisionError), BagWriter(tmp_path / "bag", TOPICS) as bag:
         bag.write(messages(10))

@@ -10,7 +10,19 @@ from pathlib import Path
 
 from . import record
 
-NAMES = ("ordinary", "10khz", "1khz", "wake_up", "middleware", "free", "command", "start", "cold_start", "memory")
+NAMES = (
+    "ordinary",
+    "10khz",
+    "1khz",
+    "recording",
+    "wake_up",
+    "middleware",
+    "free",
+    "command",
+    "start",
+    "cold_start",
+    "memory",
+)
 
 
 def main(args: list[str] | None = None) -> int:

@@ -101,6 +101,42 @@ def _reports(node: UnderTest, seconds: float) -> tuple[list[dict[str, str]], flo
     return heard, 100 * (node.cpu_seconds() - cpu) / (time.monotonic() - began)
 
 
+def recording(seconds: float) -> Iterator[Figure]:
+    """At 10 kHz, to one listener: what the node's own recorder costs the loop's thread, and what it loses."""
+    ways = {"not recording": False, "recording": True}
+    costs, late = ({way: [] for way in ways} for _ in range(2))
+    dropped = 0
+    with tempfile.TemporaryDirectory() as folder:
+        for number, way in enumerate([*ways] * ROUNDS):
+            path = {"record.path": f"{folder}/{number}"} if ways[way] else {}
+            with node_under_test({**SPINNING, **EVERY_STEP, **path, "rate": 10000.0}) as node:
+                wait_warm(node)
+                reports, cost = _loop_thread(node, seconds / (len(ways) * ROUNDS))
+            costs[way].append(cost)
+            late[way] += [1e6 * float(report["lateness p99 [s]"]) for report in reports[1:]]
+            dropped += int(reports[-1]["dropped"])
+    how = f"utime + stime of the loop's thread for each step, one listener; {ROUNDS} rounds in turn"
+    for way in ways:
+        yield Figure.median(f"10000 Hz, {way}: CPU of the loop's thread", costs[way], "us", how)
+        yield Figure.median(f"10000 Hz, {way}: p99 lateness", late[way], "us", f"median of {len(late[way])} seconds")
+    more = [b - a for a, b in zip(*costs.values(), strict=True)]
+    yield Figure.median("10000 Hz, recording: CPU more", more, "us", "difference of each round", (BELOW, 10.0))
+    yield Figure("10000 Hz, recording: messages dropped", dropped, "", "of the diagnostics", (AT_MOST, 0.0))
+
+
+def _loop_thread(node: UnderTest, seconds: float) -> tuple[list[dict[str, str]], float]:
+    """Diagnostics, and CPU time [us] of the loop's thread for each step between the first and the last."""
+    heard = node.ear.diagnostics
+    heard.clear()
+    node.serve_until(lambda: heard, ANSWERED_WITHIN, "diagnostics")
+    cpu = node.cpu_seconds(thread=True)
+    node.serve(seconds)
+    before = len(heard)
+    node.serve_until(lambda: len(heard) > before, ANSWERED_WITHIN, "diagnostics")
+    steps = int(heard[-1]["steps"]) - int(heard[0]["steps"])
+    return heard, 1e6 * (node.cpu_seconds(thread=True) - cpu) / max(1, steps)
+
+
 def wake_up(seconds: float) -> Iterator[Figure]:
     """What timer slack and real-time priority buy: each by itself, in the same run."""
     yield from _overshoot()
@@ -336,6 +372,7 @@ MEASUREMENTS = {
     "ordinary": ordinary,
     "10khz": functools.partial(steady, 10000.0),
     "1khz": functools.partial(steady, 1000.0),
+    "recording": recording,
     "wake_up": wake_up,
     "middleware": middleware,
     "free": free,

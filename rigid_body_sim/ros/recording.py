@@ -1,0 +1,81 @@
+"""The node's own recorder: the bytes that it sends and receives, and the journal of its simulation, as a bag."""
+
+import os
+import sys
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import Any, Protocol
+
+from rclpy.node import Node
+
+from ..bags import journal
+from ..bags.library import BagError
+from ..bags.recorder import Recorder
+from ..bags.writing import Topic
+from ..scene.loader import Scene
+from ..simulation import Simulation
+from .loop import Loop
+
+# s. So long may the thread that writes hold the interpreter when the loop wants it; usual are 5 ms, 50 steps.
+SWITCH_INTERVAL = 1e-4
+
+
+class Recordable(Protocol):
+    """Something that sends or receives messages; ``end`` is its publisher or subscription."""
+
+    end: Any
+
+    def record(self, record: Callable[[bytes], None]) -> None:
+        """From now on give the bytes of each message to ``record``."""
+
+
+def simulation_of(scene: Scene) -> Simulation:
+    """The simulation that a scene describes; where it is recorded, one that can tell of what decides its motion."""
+    return (journal.JournaledSimulation if scene["record.path"] else Simulation).from_scene(scene)
+
+
+def start(node: Node, scene: Scene, loop: Loop, ends: Sequence[Recordable]) -> Recorder | None:
+    """Record those of ``ends`` that the scene asks for, into a bag that begins with the scene; None when it asks not.
+
+    Raises ValueError when ``record.topics`` has something else, or when the bag cannot be made.
+    """
+    if not scene["record.path"]:
+        return None
+    chosen = _chosen(node, scene["record.topics"], ends)
+    topics = [_topic(each.end) for each in chosen]
+    path, journal_topic = os.path.expanduser(scene["record.path"]), node.resolve_topic_name(journal.TOPIC)
+    try:
+        recorder = Recorder(path, topics, journal_topic, patient=lambda: not loop.in_haste)
+    except BagError as reason:
+        raise ValueError(f"parameter record.path = {scene['record.path']!r}: {reason}") from None
+    sys.setswitchinterval(SWITCH_INTERVAL)
+    loop.simulation.journal = recorder.put_entry
+    recorder.put_entry(loop.simulation.steps, journal.SCENE, journal.scene_values(scene, loop.epoch_ns))
+    for place, each in enumerate(chosen):
+        each.record(partial(recorder.put, place))
+    return recorder
+
+
+def _chosen(node: Node, names: Sequence[str], ends: Sequence[Recordable]) -> list[Recordable]:
+    """Those of the given names, or all. Raises ValueError for a name that none has."""
+    by_name = {each.end.topic_name: each for each in ends}
+    chosen = []
+    for name in names:
+        try:
+            chosen.append(by_name[node.resolve_topic_name(name)])
+        except (KeyError, RuntimeError):  # RCLError for what cannot be a name
+            known = ", ".join(by_name)
+            raise ValueError(f"parameter record.topics: {name!r} is not recorded here; give any of {known}") from None
+    return chosen or list(ends)
+
+
+def _topic(end: Any) -> Topic:
+    kind, qos = end.msg_type, end.qos_profile
+    return Topic(
+        end.topic_name,
+        f"{kind.__module__.split('.')[0]}/msg/{kind.__name__}",
+        qos.depth,
+        qos.reliability.name.lower(),
+        qos.durability.name.lower(),
+        qos.history.name.lower(),
+    )
