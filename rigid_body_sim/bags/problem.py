@@ -19,6 +19,7 @@ from .library import BagError
 from .reading import Messages, Recording
 
 NANOSECONDS = 1_000_000_000
+ROUNDED_NS = 2.0  # by which the time from one stamp to another may differ from whole steps
 SAME_START = 1e-9  # m, rad, m/s, rad/s: a first pose this near to the scene's initial one is that one
 CUT_OR_RECORD = "cut the bag there, or let the node record (record.path)"
 SCENE, BAG = "scene", "bag"  # where the initial state comes from
@@ -105,9 +106,10 @@ def prepare(recording: Recording, scene: Scene, choices: Choices = BY_WHAT_IS_TH
     notes.append(told)
     poses = _chosen(poses, slice(first, None))
     epoch_ns = int(poses.stamp_ns[0])
+    if scene["lockstep"] and start is None:
+        epoch_ns = 0
+    notes.append(_between_steps(poses.stamp_ns - epoch_ns, scene["rate"]))
     if scene["lockstep"]:
-        if start is None:
-            epoch_ns = 0
         ordered_commands = _in_lockstep(names, given, scene, poses if start else None, notes)
     else:
         ordered_commands = _by_time(recording, scene, names, given, poses, epoch_ns, choices.times, notes)
@@ -164,6 +166,16 @@ def _without_poses(
     pose = f"{names[0].rpartition('/')[0]}/pose"
     notes = tuple(filter(None, notes))
     return Problem(epoch_ns, stamp_ns, stamp_ns, None, pose, _beside(pose), commands=merged, notes=notes)
+
+
+def _between_steps(since_ns: NDArray, rate: float) -> str:
+    """A sentence about stamps that no step has; empty when there are none."""
+    steps = timing.nearest_steps(since_ns, rate)
+    off = np.abs(since_ns - np.rint(steps * (NANOSECONDS / rate)))
+    between = int((off > ROUNDED_NS).sum())
+    if not between:
+        return ""
+    return f"{between} poses lie between two steps, by up to {off.max() / NANOSECONDS:.3g} s; the nearest step counts."
 
 
 def _beside(pose: str) -> str:

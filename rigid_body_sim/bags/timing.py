@@ -85,26 +85,28 @@ def of_commands(commands: Messages, poses: Messages | None, asked: str | None) -
     The base is that of the poses' stamps. Times of the recorder's clock are carried over to it by the poses, each of
     which has a time of receipt and a stamp. ``asked`` is "header" or "receive" to have one of the two.
     """
-    source = asked or (HEADER if _sane(commands, poses) else RECEIVE)
-    if source == RECEIVE:
-        return Times(_carried_over(commands.receive_ns, poses), "the times of receipt")
-    if poses is None or _answers(commands, poses):
-        return Times(commands.stamp_ns, "the stamps in their headers")
-    if _near(commands.stamp_ns, commands.receive_ns):
-        return Times(_carried_over(commands.stamp_ns, poses), "the stamps in their headers, of the recorder's clock")
-    return Times(commands.stamp_ns, "the stamps in their headers")
+    unusable = _unusable(commands, poses)
+    if asked == RECEIVE or (asked is None and unusable):
+        why = "as asked for" if asked else unusable
+        return Times(_carried_over(commands.receive_ns, poses), f"the times of receipt ({why})")
+    told = "the stamps in their headers"
+    if poses is not None and _near(commands.stamp_ns, commands.receive_ns) and not _answers(commands, poses):
+        return Times(_carried_over(commands.stamp_ns, poses), f"{told}, which are of the recorder's clock")
+    return Times(commands.stamp_ns, told)
 
 
-def _sane(commands: Messages, poses: Messages | None) -> bool:
-    """Whether the stamps in headers can be when commands were sent, on the clock of the poses' stamps or another."""
+def _unusable(commands: Messages, poses: Messages | None) -> str:
+    """Why the stamps in headers do not tell when commands reached the simulation; empty when they may."""
     stamps = commands.stamp_ns
     if not stamps.all():
-        return False
+        return "not every header has a stamp"
+    if poses is not None and _answers(commands, poses):
+        return "their headers repeat the stamps of the poses they answer"  # and arrived after them, who knows when
     if _near(stamps, commands.receive_ns):
-        return True
-    if poses is None:
-        return False
-    return bool((stamps >= poses.stamp_ns.min() - NEAR_NS).all() and (stamps <= poses.stamp_ns.max() + NEAR_NS).all())
+        return ""
+    if poses is None or stamps.min() < poses.stamp_ns.min() - NEAR_NS or stamps.max() > poses.stamp_ns.max() + NEAR_NS:
+        return "the stamps in their headers are of another time"
+    return ""
 
 
 def _near(stamps: NDArray, times: NDArray) -> bool:

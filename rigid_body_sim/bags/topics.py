@@ -7,6 +7,7 @@ from .library import BagError
 from .reading import Messages, Recording
 
 NOT_COMMANDS = ("impulse", "wrench_applied")  # of type WrenchStamped, too
+MOST_LISTED = 12
 OTHERS = ("impulse", "set_pose", "set_twist")  # which change the motion without being wrench commands
 
 
@@ -18,15 +19,16 @@ def commands(recording: Recording, scene: Scene, asked: Sequence[str]) -> tuple[
     if asked:
         return tuple(_of_type(recording, name, recording.wrenches, "WrenchStamped or Wrench") for name in asked)
     found = [name for name in recording.wrenches if _last(name) not in NOT_COMMANDS]
-    named = [name for topic in scene["wrench.topics"] for name in found if _is(name, topic)]
-    if len({_last(name) for name in named}) == len(named) > 0:
-        return tuple(named)
+    named = [[name for name in found if _is(name, topic)] for topic in scene["wrench.topics"]]
+    if any(named) and all(len(names) <= 1 for names in named):
+        return tuple(dict.fromkeys(name for names in named for name in names))
     if len(found) == 1:
         return tuple(found)
     kind = "geometry_msgs/WrenchStamped or Wrench"
     if not found:
         raise BagError(
-            f"{recording.path}: has no topic of type {kind} with commands; it has {_listed(recording.types)}"
+            f"{recording.path}: has no topic of type {kind} with commands; it has "
+            + _listed([f"{name} ({its})" for name, its in recording.types.items()])
         )
     raise BagError(f"{recording.path}: has several topics of type {kind}: {_listed(found)}; choose with --topic")
 
@@ -87,4 +89,5 @@ def _last(name: str) -> str:
 
 
 def _listed(names: Collection[str]) -> str:
-    return ", ".join(sorted(names))
+    first, more = sorted(names)[:MOST_LISTED], len(names) - MOST_LISTED
+    return ", ".join([*first, *([f"{more} more"] if more > 0 else [])])

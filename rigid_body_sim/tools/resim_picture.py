@@ -41,7 +41,7 @@ def draw(comparison: Comparison, tolerance: Tolerance, title: str, path: Path) -
         if diverged is not None:
             panel.axvline(comparison.time[diverged], color=ORANGE, linewidth=1.6)
     if diverged is not None:
-        _name_divergence(panels[0], comparison, diverged)
+        _name_divergence(panels[int(comparison.position_error[diverged] <= tolerance.position)], comparison, diverged)
     panels[-1].set_xlabel("simulated time since the first pose [s]", fontsize=12)
     panels[-1].set_xlim(0.0, 1.005 * comparison.time[-1] or 1.0)
     figure.align_ylabels(panels)

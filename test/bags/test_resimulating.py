@@ -62,7 +62,7 @@ def test_times_of_receipt(tmp_path, factor, lag_ns):
     messages = runs.in_real_time(BASE, given, SECONDS, factor=factor, lag_ns=lag_ns)
     comparison, problem, _ = again(tmp_path, messages)
     assert_equal_to_the_bit(comparison)
-    assert "take effect at the times of receipt" in said(problem)
+    assert "take effect at the times of receipt (not every header has a stamp)" in said(problem)
 
 
 def test_headers_without_stamps_count_as_none(tmp_path):
@@ -79,18 +79,24 @@ def test_stamps_of_the_recorders_clock_are_carried_over(tmp_path):
     given = [replace(send, stamp_ns=making.EPOCH_NS + lag_ns + send.at_ns) for send in given]
     comparison, problem, _ = again(tmp_path, runs.in_real_time(BASE, given, SECONDS, lag_ns=lag_ns))
     assert_equal_to_the_bit(comparison)
-    assert "the stamps in their headers, of the recorder's clock" in said(problem)
+    assert "the stamps in their headers, which are of the recorder's clock" in said(problem)
 
 
 def test_answers_that_carry_the_stamp_of_their_pose(tmp_path):
-    """They reach the node after that stamp, but before the next step."""
-    random = np.random.default_rng(5)
+    """That is not when they reach the node, which is some steps later."""
+    random, poses_ns = np.random.default_rng(5), 20_000_000 * np.arange(100)
     given = [
-        runs.Send(k * 20_000_000, "base_link", tuple(random.normal(size=6).tolist()), stamp_ns=None) for k in range(100)
+        runs.Send(
+            stamp_ns + 1_000_000 + 2_000_000 * int(random.integers(5)),
+            "base_link",
+            tuple(random.normal(size=6).tolist()),
+            stamp_ns=making.EPOCH_NS + stamp_ns,
+        )
+        for stamp_ns in poses_ns.tolist()
     ]
     comparison, problem, _ = again(tmp_path, runs.in_real_time(BASE, given, SECONDS, lag_ns=4 * 10**8))
     assert_equal_to_the_bit(comparison)
-    assert "stamps in their headers." in said(problem)
+    assert "the times of receipt (their headers repeat the stamps of the poses they answer)" in said(problem)
 
 
 def test_stamps_of_another_day_count_as_none(tmp_path):
@@ -98,7 +104,7 @@ def test_stamps_of_another_day_count_as_none(tmp_path):
     messages = runs.in_real_time(BASE, given, SECONDS)
     comparison, problem, _ = again(tmp_path, messages)
     assert_equal_to_the_bit(comparison)
-    assert "take effect at the times of receipt" in said(problem)
+    assert "the times of receipt (the stamps in their headers are of another time)" in said(problem)
 
 
 def test_what_is_asked_for_decides(tmp_path):
@@ -174,6 +180,20 @@ def test_commands_out_of_order_are_put_in_order(tmp_path):
     comparison, problem, _ = again(tmp_path, messages)
     assert_equal_to_the_bit(comparison)
     assert "Times of /wrench: 1 out of order" in said(problem)
+
+
+def test_poses_between_two_steps_are_compared_at_the_nearest(tmp_path):
+    """As of a camera with a clock of its own."""
+    messages = runs.in_real_time(BASE, runs.sends(BASE, SECONDS), SECONDS)
+    moved = []
+    for i, (topic, receive_ns, message) in enumerate(messages):
+        if topic == "/pose" and i > 5:
+            message = making.pose_stamped(making.EPOCH_NS + i * 10_100_000, "world", range(7))
+        moved.append((topic, receive_ns, message))
+    comparison, problem, track = again(tmp_path, moved, times=timing.HEADER)
+    assert "poses lie between two steps, by up to 0.00" in said(problem)
+    last = round((problem.stamp_ns[-1] - problem.epoch_ns) * 5e-7)
+    assert track.steps == last and len(comparison.recorded) == 101
 
 
 def test_time_that_was_set_back_is_refused(tmp_path):
@@ -384,6 +404,21 @@ def test_several_topics_and_no_telling_which(tmp_path):
         again(tmp_path, both)
     (tmp_path / "chosen").mkdir()
     assert_equal_to_the_bit(again(tmp_path / "chosen", both, topics=("/two",))[0])
+
+
+def test_bag_with_two_robots(tmp_path):
+    """Names of the scene that two namespaces have are no names."""
+    messages = runs.in_real_time(BASE, runs.sends(BASE, SECONDS), SECONDS)
+    both = [(f"/{robot}{topic}", receive_ns, message) for topic, receive_ns, message in messages for robot in "ab"]
+    with pytest.raises(BagError, match=r"several topics of type .*PoseStamped: /a/pose, /b/pose; choose the body's in"):
+        again(tmp_path, both)
+    (tmp_path / "pose").mkdir()
+    with pytest.raises(BagError, match=r"several topics of type .*: /a/wrench, /b/wrench; choose with --topic"):
+        again(tmp_path / "pose", both, pose="a/pose")
+    (tmp_path / "both").mkdir()
+    comparison, problem, _ = again(tmp_path / "both", both, pose="a/pose", topics=("a/wrench",))
+    assert_equal_to_the_bit(comparison)
+    assert problem.twist_topic == "/a/twist"
 
 
 def test_poses_in_another_frame_than_the_scenes(tmp_path):

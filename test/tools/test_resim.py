@@ -178,7 +178,10 @@ def test_bags_that_cannot_be_used(folder, capsys):
         (("plain",), "plain: is a folder without metadata.yaml"),
         (("scene.yaml",), "scene.yaml: is no bag"),
         (("empty",), "empty: holds no message"),
-        (("talk",), "talk: has no topic of type geometry_msgs/WrenchStamped or Wrench with commands; it has /chatter"),
+        (
+            ("talk",),
+            "talk: has no topic of type geometry_msgs/WrenchStamped or Wrench with commands; it has /chatter (std_msgs",
+        ),
         (("run", "--topic", "pose"), "run: topic /pose is of type geometry_msgs/msg/PoseStamped"),
         (("run", "--scene", "none.yaml"), "none.yaml"),
         (("run", "--pose", "nowhere"), "run: has no topic nowhere"),
