@@ -4,7 +4,7 @@ import dataclasses
 import os
 import shutil
 import tempfile
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -70,7 +70,7 @@ def read(path: str | os.PathLike[str], *, recover: bool = False) -> Recording:
     except Exception as reason:  # whatever rosbags, SQLite and the unpackers make of damaged files
         text = " ".join(str(reason).split()).rstrip(".") or type(reason).__name__
         raise BagError(f"{path}: cannot be read, it is damaged or of an unknown kind: {text}") from None
-    topics = [topic for topic in topics if topic.count]
+    topics = [topic for topic in topics if topic.receive_ns or topic.not_taken]
     if not topics:
         raise BagError(f"{path}: holds no message; give a bag with wrench commands")
     recording = Recording(path, types={topic.name: topic.kind for topic in topics}, notes=notes)
@@ -84,16 +84,17 @@ def read(path: str | os.PathLike[str], *, recover: bool = False) -> Recording:
 
 @dataclass
 class _Topic:
-    """The messages of one type on one topic; ``count`` has those too that are not kept."""
+    """The messages of one type on one topic."""
 
     name: str
     kind: str
     definition: Any
-    count: int = 0
+    not_taken: int = 0  # further ones that are there
     receive_ns: list[int] = field(default_factory=list)
     data: list[bytes] = field(default_factory=list)
 
     def __post_init__(self):
+        # Whether the messages themselves are read, too.
         self.wanted = self.kind in cdr.LAYOUTS or (self.kind == TEXT and self.name.split("/")[-1] == JOURNAL)
 
 
@@ -144,21 +145,24 @@ def _take_file(file: Path, topics: _Topics, recover: bool, notes: list[str]) -> 
 def _take_read(reader: Any, topics: _Topics) -> None:
     """Take what a reader of rosbags gives."""
     for connection in reader.connections:
-        topics.of(connection).count += connection.msgcount
+        topics.of(connection).not_taken += 0 if topics.of(connection).wanted else connection.msgcount
     wanted = [connection for connection in reader.connections if topics.of(connection).wanted]
-    for connection in wanted:
-        topics.of(connection).count -= connection.msgcount
     _take_messages(reader.messages(wanted) if wanted else (), topics)
 
 
 def _take_messages(messages: Iterable[tuple[Any, int, bytes]], topics: _Topics) -> None:
-    by_connection: dict[int, _Topic] = {}
+    takers: dict[int, tuple[Callable[[int], None], Callable[[bytes], None]]] = {}
     for connection, receive_ns, data in messages:
-        topic = by_connection.get(id(connection)) or by_connection.setdefault(id(connection), topics.of(connection))
-        topic.count += 1
-        if topic.wanted:
-            topic.receive_ns.append(receive_ns)
-            topic.data.append(data)
+        taker = takers.get(id(connection))
+        if taker is None:
+            topic = topics.of(connection)
+            taker = takers[id(connection)] = topic.receive_ns.append, topic.data.append if topic.wanted else _drop
+        taker[0](receive_ns)
+        taker[1](data)
+
+
+def _drop(_: bytes) -> None:
+    """What is not wanted is counted alone."""
 
 
 def _lacks_end(file: Path) -> bool:
@@ -198,15 +202,16 @@ def _unpacked(file: Path, folder: Path) -> Path:
 
 def _take(recording: Recording, topic: _Topic) -> None:
     """Put the messages of a topic where they belong in the recording."""
+    if not topic.wanted:
+        return
     _check_definition(recording.path, topic)
     if topic.kind == TEXT:
         recording.journal.extend(_in_order(topic, [_text(recording.path, topic, data) for data in topic.data]))
         return
     homes = {POSE: recording.poses, TWIST: recording.twists, **dict.fromkeys(WRENCHES, recording.wrenches)}
-    if topic.wanted:
-        if topic.name in homes[topic.kind]:
-            raise BagError(f"{recording.path}: topic {topic.name} has wrenches of two types; give a bag with one")
-        homes[topic.kind][topic.name] = _messages(recording.path, topic)
+    if topic.name in homes[topic.kind]:
+        raise BagError(f"{recording.path}: topic {topic.name} has wrenches of two types; give a bag with one")
+    homes[topic.kind][topic.name] = _messages(recording.path, topic)
 
 
 def _messages(path: Path, topic: _Topic) -> Messages:
@@ -259,7 +264,7 @@ def _in_order(topic: _Topic, texts: list[str]) -> list[str]:
 
 def _check_definition(path: Path, topic: _Topic) -> None:
     """Raise BagError where the bag says that a message has other fields than in ROS 2 Jazzy."""
-    if not topic.wanted or not topic.definition.data:
+    if not topic.definition.data:
         return
     from rosbags.interfaces import MessageDefinitionFormat
     from rosbags.typesys import get_types_from_idl, get_types_from_msg

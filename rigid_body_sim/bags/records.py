@@ -36,18 +36,39 @@ def scan(path: Path) -> Iterator[tuple[Any, int, bytes]]:
 
     Of a file without an end, of those in whole records. Raises DamagedError for another file in which one is not whole.
     """
-    whole = not lacks_end(path)
-    connections = _Connections()
-    for kind, data in _records(path, whole):
+    whole, connections = not lacks_end(path), _Connections()
+    with path.open("rb") as file:
+        file.seek(len(MAGIC))
+        while len(head := file.read(_HEAD.size)) == _HEAD.size:
+            kind, length = _HEAD.unpack(head)
+            data = file.read(length)
+            if len(data) < length:
+                break
+            if kind == _FOOTER:
+                return
+            yield from _messages_in(_unpacked(data) if kind == _CHUNK else head + data, connections)
+    if whole:
+        raise DamagedError("a record reaches beyond the end of the file")
+
+
+def _messages_in(records: bytes, connections: "_Connections") -> Iterator[tuple[Any, int, bytes]]:
+    """The messages in records that follow one another; what they say of connections is noted."""
+    at, unpack_head, unpack_message = 0, _HEAD.unpack_from, _MESSAGE_HEAD.unpack_from
+    while at < len(records):
+        kind, length = unpack_head(records, at)
+        begin = at + _HEAD.size
+        end = begin + length
+        if end > len(records):
+            raise DamagedError("a record reaches beyond the end of its chunk")
         if kind == _MESSAGE:
-            number, _, log_ns, _ = _MESSAGE_HEAD.unpack_from(data)
-            connection = connections.get(number)
-            if connection is not None:
-                yield connection, log_ns, data[_MESSAGE_HEAD.size :]
+            number, _, log_ns, _ = unpack_message(records, begin)
+            if number in connections:
+                yield connections[number], log_ns, records[begin + _MESSAGE_HEAD.size : end]
         elif kind == _SCHEMA:
-            connections.note_schema(data)
+            connections.note_schema(records[begin:end])
         elif kind == _CHANNEL:
-            connections.note_channel(data)
+            connections.note_channel(records[begin:end])
+        at = end
 
 
 class _Connections(dict):
@@ -76,36 +97,6 @@ class _Connections(dict):
         name, definition = self._schemas.get(schema, ("", MessageDefinition(MessageDefinitionFormat.NONE, "")))
         extra = ConnectionExtRosbag2(encoding, [])
         self.setdefault(number, Connection(number, topic, name, definition, "", 0, extra, None))
-
-
-def _records(path: Path, whole: bool) -> Iterator[tuple[int, bytes]]:
-    """Kind and body of each record, those in chunks too."""
-    with path.open("rb") as file:
-        file.seek(len(MAGIC))
-        while len(head := file.read(_HEAD.size)) == _HEAD.size:
-            kind, length = _HEAD.unpack(head)
-            data = file.read(length)
-            if len(data) < length:
-                break
-            if kind == _CHUNK:
-                yield from _records_in(_unpacked(data))
-            elif kind == _FOOTER:
-                return
-            else:
-                yield kind, data
-    if whole:
-        raise DamagedError("a record reaches beyond the end of the file")
-
-
-def _records_in(chunk: bytes) -> Iterator[tuple[int, bytes]]:
-    at, unpack_head = 0, _HEAD.unpack_from
-    while at < len(chunk):
-        kind, length = unpack_head(chunk, at)
-        end = at + _HEAD.size + length
-        if end > len(chunk):
-            raise DamagedError("a record reaches beyond the end of its chunk")
-        yield kind, chunk[at + _HEAD.size : end]
-        at = end
 
 
 def _unpacked(chunk: bytes) -> bytes:

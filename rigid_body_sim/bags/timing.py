@@ -14,6 +14,7 @@ NANOSECONDS = 1_000_000_000
 MOST_LATE_NS = NANOSECONDS  # what is further behind is no message that took longer, but time that was set back
 MOST_LATE_IN_A_ROW = 10
 NEAR_NS = NANOSECONDS  # how far a stamp may be from what it should be near to
+LATENCY_NS = 5_000_000  # most that a pose takes to the recorder; simulated time that begins later is further behind
 GAP = 2.5  # times the usual interval
 HEADER, RECEIVE = "header", "receive"
 
@@ -90,7 +91,8 @@ def of_commands(commands: Messages, poses: Messages | None, asked: str | None) -
         why = "as asked for" if asked else unusable
         return Times(_carried_over(commands.receive_ns, poses), f"the times of receipt ({why})")
     told = "the stamps in their headers"
-    if poses is not None and _near(commands.stamp_ns, commands.receive_ns) and not _answers(commands, poses):
+    other_clock = poses is not None and not _answers(commands, poses) and not _stamped_as_sent(poses)
+    if other_clock and _near(commands.stamp_ns, commands.receive_ns):
         return Times(_carried_over(commands.stamp_ns, poses), f"{told}, which are of the recorder's clock")
     return Times(commands.stamp_ns, told)
 
@@ -111,6 +113,11 @@ def _unusable(commands: Messages, poses: Messages | None) -> str:
 
 def _near(stamps: NDArray, times: NDArray) -> bool:
     return bool(np.abs(stamps - times).max() < NEAR_NS)
+
+
+def _stamped_as_sent(poses: Messages) -> bool:
+    """Whether the recorder's clock shows what is in the poses' stamps: simulated time has not fallen behind."""
+    return 0.0 <= np.median(poses.receive_ns - poses.stamp_ns) < LATENCY_NS
 
 
 def _answers(commands: Messages, poses: Messages) -> bool:
