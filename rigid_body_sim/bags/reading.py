@@ -206,6 +206,8 @@ def _take(recording: Recording, topic: _Topic) -> None:
         return
     _check_definition(recording.path, topic)
     if topic.kind == TEXT:
+        if recording.journal:
+            raise BagError(f"{recording.path}: has journals of several nodes; give a bag of one node")
         recording.journal.extend(_in_order(topic, [_text(recording.path, topic, data) for data in topic.data]))
         return
     homes = {POSE: recording.poses, TWIST: recording.twists, **dict.fromkeys(WRENCHES, recording.wrenches)}

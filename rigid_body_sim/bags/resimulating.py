@@ -104,12 +104,13 @@ class _Run:
         first, last = self._hold_earlier(given, steps), int(np.searchsorted(steps, self._steps[-1], side="right"))
         for block in _blocks(first, last):
             self._progress(simulation.time)
-            for step, *command in zip(steps[block].tolist(), *_columns(given.part(block)), strict=True):
+            rows = zip(steps[block].tolist(), *_columns(given.part(block)), strict=True)
+            for step, topic, frame_id, force, torque in rows:
                 if step >= self._next:
                     self._advance(step)
                 elif (ahead := step - simulation.steps) > 0:  # what most commands need, and quicker
                     simulation.step(ahead)
-                accept(*command, hold)
+                accept(topic, frame_id, force, torque, hold)
         self._advance(self._steps[-1])
 
     def _hold_earlier(self, given: Commands, steps: NDArray) -> int:
@@ -179,8 +180,7 @@ def _blocks(first: int, last: int) -> Iterator[slice]:
 def _columns(given: Commands) -> tuple[list, ...]:
     """Topic, frame, force and torque of each command."""
     names = [given.topics[i] for i in given.topic.tolist()]
-    force, torque = (list(map(tuple, given.values[:, part].tolist())) for part in (slice(0, 3), slice(3, 6)))
-    return names, given.frame_ids.tolist(), force, torque
+    return names, given.frame_ids.tolist(), given.values[:, :3].tolist(), given.values[:, 3:].tolist()
 
 
 def _limit(scene: Scene) -> commands.Limit:

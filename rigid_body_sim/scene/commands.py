@@ -9,7 +9,7 @@ from .loader import Scene
 NOT_FINITE = "not finite"
 UNKNOWN_FRAME = "unknown frame"
 
-Vector = tuple[float, ...]
+Vector = tuple[float, ...] | list[float]
 Meaning = Callable[[Vector, Vector], Wrench]  # of a force [N] and a torque [N m] in some frame
 Limit = Callable[[Vector, Vector], tuple[Vector, Vector]]  # of a force [N] and a torque [N m]
 

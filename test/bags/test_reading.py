@@ -243,6 +243,13 @@ def test_messages_that_are_not_what_their_type_says(tmp_path):
     assert "message 1 of topic /w, of 24 bytes, is not a serialised" in refusal(folder)
 
 
+def test_topics_that_leave_open_what_is_meant(tmp_path):
+    messages = [("/w", 1, making.wrench(range(6))), ("/w", 2, making.wrench_stamped(2, "", range(6)))]
+    assert "topic /w has wrenches of two types" in refusal(making.make(tmp_path / "bag", messages))
+    journals = [(f"/{robot}/node/journal", k, making.text("{}")) for k, robot in enumerate("ab")]
+    assert "has journals of several nodes" in refusal(making.make(tmp_path / "two", journals))
+
+
 def test_without_rosbags(tmp_path, monkeypatch):
     monkeypatch.setitem(__import__("sys").modules, "rosbags.rosbag2", None)
     with pytest.raises(BagError, match=r"pip install .*rigid_body_sim\[bag\]"):
