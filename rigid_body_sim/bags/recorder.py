@@ -13,7 +13,7 @@ from .writing import BagWriter, Topic, serialised_text
 CAPACITY = 16_000_000  # bytes in the buffer: 3 s of pose and twist at 10 kHz
 _BESIDE_DATA = 100  # bytes that an entry of the buffer has beside those of its message, about
 _ENTRY = 1000  # bytes, about, that an entry of the journal has before it is a text
-_WRITE_EVERY = 0.02  # s
+_WRITE_EVERY = 0.005  # s
 _FLUSH_EVERY = 0.5  # s
 _PATIENCE = 1.0  # s
 _CLOSE_WITHIN = 5.0  # s

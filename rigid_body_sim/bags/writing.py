@@ -13,7 +13,7 @@ from .library import BagError, require, typestore
 
 Message = tuple[int, int, bytes]  # place of its topic among the topics, time [ns], serialised message (CDR)
 
-CHUNK_BYTES = 1 << 20
+CHUNK_BYTES = 1 << 18
 _AT_ONCE = 1000  # messages packed between two looks at the size of the chunk
 _RECORD = struct.Struct("<BQHIQQ")  # of MCAP: op code, length of the rest, channel, sequence, log and publish time
 _MESSAGE = 0x05

@@ -261,21 +261,23 @@ KINDS: dict[str, Callable[[Scene, Simulation], Output]] = {
 
 
 class Channel:
-    """The publisher of one output. ``listeners`` is how many subscriptions there are, as far as is known.
+    """The publisher of one output, ``end``. ``listeners`` is how many subscriptions there are, as far as is known.
 
-    With ``keep``, the latest message is kept for subscriptions yet to come, so there is always taken to be one; and so
-    there is for what is recorded. ``end`` is the publisher itself.
+    With ``keep``, the latest message is kept for subscriptions yet to come, so there is always taken to be one. It is
+    ``wanted`` when somebody listens, or when it is recorded.
     """
 
     def __init__(self, node: Node, output: Output, keep: bool):
         self.output = output
         self._keep = keep
-        self._least = self.listeners = int(keep)
+        self.listeners = int(keep)
+        self._record: Callable[[bytes], None] | None = None
         self._told = True
         self.end = self._create(node)
         self._writer, reason = cdr.writer(output.message, output.fields, output.stamp)
         # ``Publisher.publish`` looks at the type of what it is given, which costs as much as sending the bytes.
         self._send = self.end.publish if reason else self.end.handle.publish_raw
+        self._as_bytes = serialize_message if reason else bytes
         if reason:
             node.get_logger().info(f"topic {output.topic} is published field by field: {reason}")
 
@@ -293,28 +295,29 @@ class Channel:
             return node.create_publisher(kind, topic, **options)
 
     def _on_matched(self, event: QoSPublisherMatchedInfo) -> None:
-        self.listeners = max(event.current_count, self._least)
+        self.listeners = max(event.current_count, self._keep)
 
     def count_listeners(self) -> None:
         """Ask, where no event has told yet. Where none ever will there is always taken to be one."""
         count = self.end.get_subscription_count() if self._told else 1
-        self.listeners = max(count, self._least)
+        self.listeners = max(count, self._keep)
 
     def record(self, record: Callable[[bytes], None]) -> None:
         """From now on also give the bytes of each message to ``record``."""
-        send = self._send
+        self._record = record
 
-        def send_and_record(message: Any) -> None:
-            send(message)
-            record(message if isinstance(message, bytes) else serialize_message(message))
-
-        self._send = send_and_record
-        self._least = 1
-        self.listeners = max(self.listeners, 1)
+    @property
+    def wanted(self) -> bool:
+        """Whether there is anybody for whom to make a message."""
+        return self.listeners > 0 or self._record is not None
 
     def publish(self, stamp_ns: int, motion: Motion) -> None:
         """Send the output for this motion, stamped with this time [ns]."""
-        self._send(self._writer.write(stamp_ns, self.output.values(motion)))
+        message = self._writer.write(stamp_ns, self.output.values(motion))
+        if self.listeners:
+            self._send(message)
+        if self._record is not None:
+            self._record(self._as_bytes(message))
 
 
 class Outputs:
@@ -339,19 +342,19 @@ class Outputs:
 
     @property
     def heard(self) -> bool:
-        """Whether anybody listens to anything."""
-        return any(channel.listeners for channel in self.channels)
+        """Whether anybody listens to anything, or records it."""
+        return any(channel.wanted for channel in self.channels)
 
     def tick(self, stamp_ns: int) -> None:
         """Send the clock alone."""
         for channel in self.channels:
-            if channel.listeners and not channel.output.fields:
+            if channel.wanted and not channel.output.fields:
                 channel.publish(stamp_ns, None)
 
     def publish(self, stamp_ns: int) -> None:
         """Send the present motion to everybody who listens, all with the same stamp [ns]."""
         motion = None
         for channel in self.channels:
-            if channel.listeners:
+            if channel.wanted:
                 motion = motion or Motion(self._simulation)
                 channel.publish(stamp_ns, motion)

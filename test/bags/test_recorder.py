@@ -107,7 +107,7 @@ def test_hole_in_the_journal_is_written_down_where_it_is(tmp_path):
 def test_full_disk_ends_it_with_a_sentence(tmp_path):
     recorder = Recorder(tmp_path / "bag", TOPICS, "/j", lambda: True)
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (2 * CHUNK_BYTES, before[1]))
+    resource.setrlimit(resource.RLIMIT_FSIZE, (8 * CHUNK_BYTES, before[1]))
     try:
         for number in range(30_000):
             recorder.put(0, data(number))

@@ -118,7 +118,7 @@ def test_full_disk_leaves_whole_chunks(tmp_path):
     """The limit on the size of files is to this process what a full disk is."""
     bag = BagWriter(tmp_path / "bag", TOPICS)
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (3 * CHUNK_BYTES, before[1]))
+    resource.setrlimit(resource.RLIMIT_FSIZE, (12 * CHUNK_BYTES, before[1]))
     try:
         with pytest.raises(OSError, match="too large"):
             bag.write(messages(100_000))

@@ -388,3 +388,30 @@ def test_outputs_are_made_for_listeners_alone(context, name):
     executor.shutdown()
     node.destroy_node()
     other.destroy_node()
+
+
+# What is recorded -----------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("kind", ["bytes", "field by field"])
+def test_recorded_bytes_are_those_of_the_message(context, monkeypatch, kind):
+    """Whether or not anybody listens, and also where a message cannot be written as bytes."""
+    from rclpy.node import Node
+    from rclpy.serialization import deserialize_message
+
+    if kind != "bytes":
+        monkeypatch.setattr(cdr, "writer", lambda *layout: (cdr.Typed(*layout), "as a test"))
+    node = Node("recorded", context=context)
+    scene = Scene({"initial.position": [1.0, 2.0, 3.0], "twist_frame": "world"})
+    own = outputs.Outputs(node, scene, Simulation.from_scene(scene))
+    recorded = {}
+    assert not own.heard
+    for channel in own.channels:
+        channel.record(lambda data, topic=channel.output.topic: recorded.setdefault(topic, data))
+    assert own.heard
+    own.publish(5_000_000_007)
+    node.destroy_node()
+    pose = deserialize_message(recorded["pose"], geometry.PoseStamped)
+    twist = deserialize_message(recorded["twist"], geometry.TwistStamped)
+    assert (pose.pose.position.x, pose.pose.position.y, pose.pose.position.z) == (1.0, 2.0, 3.0)
+    assert (stamp_ns(pose), twist.header.frame_id) == (5_000_000_007, "world")

@@ -1,6 +1,7 @@
 """The node's own recorder: the bytes that were sent and received, and a run that repeats to the bit."""
 
 import itertools
+import os
 import resource
 import signal
 import struct
@@ -11,6 +12,7 @@ from rclpy.serialization import serialize_message
 from std_srvs.srv import SetBool
 
 from . import bag
+from .node_process import ROOT
 from .remote import SECONDS, stamp_ns
 
 pytest.importorskip("rclpy")
@@ -246,3 +248,14 @@ def test_what_cannot_be_recorded_keeps_it_from_starting(run_node, tmp_path, path
     assert process.stderr.startswith("rigid_body_node: parameter record.")
     assert process.stderr.count("\n") == 1
     assert sorted(path.name for path in tmp_path.iterdir()) == ["file", "there"]
+
+
+def test_without_rosbags_it_says_what_to_install(run_node, tmp_path, folder):
+    (tmp_path / "rosbags").mkdir()
+    (tmp_path / "rosbags" / "__init__.py").write_text("raise ImportError('not here')")
+    there = {"PYTHONPATH": os.pathsep.join((str(tmp_path), str(ROOT)))}
+    process = run_node({"record.path": str(folder)}, environment=there)
+    assert process.wait_end(SECONDS + 100) == 1
+    assert "bags need the library rosbags, which cannot be imported (not here)" in process.stderr
+    assert "pip install 'rigid_body_sim[bag]'" in process.stderr
+    assert not folder.exists()

@@ -85,11 +85,14 @@ class UnderTest:
             if time.monotonic() > end:
                 raise TimeoutError(f"no {what} within {within:g} s")
 
-    def cpu_seconds(self, thread: bool = False) -> float:
-        """CPU time of all threads since the process began, user and system; or that of the first thread, the loop's."""
-        of = f"task/{self.process.pid}/stat" if thread else "stat"
-        fields = Path(f"/proc/{self.process.pid}/{of}").read_text().rpartition(")")[2].split()
+    def cpu_seconds(self) -> float:
+        """CPU time of all threads since the process began, user and system."""
+        fields = Path(f"/proc/{self.process.pid}/stat").read_text().rpartition(")")[2].split()
         return (int(fields[11]) + int(fields[12])) / TICKS
+
+    def loop_seconds(self) -> float:
+        """CPU time of the first thread, which is the loop's, to the nanosecond."""
+        return int(Path(f"/proc/{self.process.pid}/schedstat").read_text().split()[0]) / 1e9
 
     def resident_kb(self) -> int:
         """Memory that the process has in RAM."""

@@ -115,7 +115,7 @@ def recording(seconds: float) -> Iterator[Figure]:
             costs[way].append(cost)
             late[way] += [1e6 * float(report["lateness p99 [s]"]) for report in reports[1:]]
             dropped += int(reports[-1]["dropped"])
-    how = f"utime + stime of the loop's thread for each step, one listener; {ROUNDS} rounds in turn"
+    how = f"schedstat of the loop's thread for each step, one listener; {ROUNDS} rounds in turn"
     for way in ways:
         yield Figure.median(f"10000 Hz, {way}: CPU of the loop's thread", costs[way], "us", how)
         yield Figure.median(f"10000 Hz, {way}: p99 lateness", late[way], "us", f"median of {len(late[way])} seconds")
@@ -129,12 +129,12 @@ def _loop_thread(node: UnderTest, seconds: float) -> tuple[list[dict[str, str]],
     heard = node.ear.diagnostics
     heard.clear()
     node.serve_until(lambda: heard, ANSWERED_WITHIN, "diagnostics")
-    cpu = node.cpu_seconds(thread=True)
+    cpu = node.loop_seconds()
     node.serve(seconds)
     before = len(heard)
     node.serve_until(lambda: len(heard) > before, ANSWERED_WITHIN, "diagnostics")
     steps = int(heard[-1]["steps"]) - int(heard[0]["steps"])
-    return heard, 1e6 * (node.cpu_seconds(thread=True) - cpu) / max(1, steps)
+    return heard, 1e6 * (node.loop_seconds() - cpu) / max(1, steps)
 
 
 def wake_up(seconds: float) -> Iterator[Figure]:
