@@ -20,6 +20,7 @@ from .reading import Messages, Recording
 
 NANOSECONDS = 1_000_000_000
 ROUNDED_NS = 2.0  # by which the time from one stamp to another may differ from whole steps
+MOST_POSES = 50_000_000  # that a bag without any is given
 SAME_START = 1e-9  # m, rad, m/s, rad/s: a first pose this near to the scene's initial one is that one
 CUT_OR_RECORD = "cut the bag there, or let the node record (record.path)"
 SCENE, BAG = "scene", "bag"  # where the initial state comes from
@@ -90,29 +91,34 @@ def prepare(recording: Recording, scene: Scene, choices: Choices = BY_WHAT_IS_TH
     if recording.journal:
         return _by_journal(recording, scene, pose, twist, notes)
     names = topics.commands(recording, scene, choices.topics)
-    given = [recording.wrenches[name] for name in names]
     unknown = [f"{name} ({recording.types[name]})" for name in topics.left_out(recording, names)]
     if unknown:
         notes.append(f"Left out, because only a journal tells when they took effect: {', '.join(unknown)}.")
     if pose is None:
-        return _without_poses(scene, names, given, choices, notes)
-    poses = recording.poses[pose]
+        return _without_poses(recording, scene, names, choices, notes)
+    return _by_commands(recording, scene, names, pose, twist, choices, notes)
+
+
+def _by_commands(
+    recording: Recording,
+    scene: Scene,
+    names: Sequence[str],
+    pose: str,
+    twist: str | None,
+    choices: Choices,
+    notes: list[str],
+) -> Problem:
     _check_frame(recording, pose, scene)
-    notes.append(timing.oddities(f"Stamps of {pose}", poses.stamp_ns))
-    poses = _chosen(poses, timing.order(recording.path, pose, poses.stamp_ns, CUT_OR_RECORD))
-    poses = _chosen(poses, timing.last_of_equal(poses.stamp_ns))
-    twists = recording.twists[twist] if twist else None
+    poses, twists = _poses_in_order(recording, pose, notes), recording.twists.get(twist)
     first, start, told = _start(recording, scene, pose, poses, twists, choices.start)
     notes.append(told)
     poses = _chosen(poses, slice(first, None))
-    epoch_ns = int(poses.stamp_ns[0])
-    if scene["lockstep"] and start is None:
-        epoch_ns = 0
+    epoch_ns = 0 if scene["lockstep"] and start is None else int(poses.stamp_ns[0])
     notes.append(_between_steps(poses.stamp_ns - epoch_ns, scene["rate"]))
     if scene["lockstep"]:
-        ordered_commands = _in_lockstep(names, given, scene, poses if start else None, notes)
+        commands = _in_lockstep(recording, names, scene, poses if start else None, notes)
     else:
-        ordered_commands = _by_time(recording, scene, names, given, poses, epoch_ns, choices.times, notes)
+        commands = _since(epoch_ns, _by_time(recording, scene, names, poses, choices.times, notes))
     return Problem(
         epoch_ns,
         poses.stamp_ns,
@@ -121,9 +127,16 @@ def prepare(recording: Recording, scene: Scene, choices: Choices = BY_WHAT_IS_TH
         pose,
         twist or _beside(pose),
         start,
-        ordered_commands,
+        commands,
         notes=tuple(filter(None, notes)),
     )
+
+
+def _poses_in_order(recording: Recording, pose: str, notes: list[str]) -> Messages:
+    poses = recording.poses[pose]
+    notes.append(timing.oddities(f"Stamps of {pose}", poses.stamp_ns))
+    poses = _chosen(poses, timing.order(recording.path, pose, poses.stamp_ns, CUT_OR_RECORD))
+    return _chosen(poses, timing.last_of_equal(poses.stamp_ns))
 
 
 def _by_journal(recording: Recording, scene: Scene, pose: str | None, twist: str | None, notes: list[str]) -> Problem:
@@ -152,20 +165,24 @@ def _other_kernels(beginning: journals.Beginning) -> str:
 
 
 def _without_poses(
-    scene: Scene, names: Sequence[str], given: Sequence[Messages], choices: Choices, notes: list[str]
+    recording: Recording, scene: Scene, names: Sequence[str], choices: Choices, notes: list[str]
 ) -> Problem:
     """From the first command to the last, with a pose as often as the scene publishes one."""
+    if scene["lockstep"] or choices.start == BAG:
+        what = "lockstep" if scene["lockstep"] else "--start bag"
+        raise BagError(f"{recording.path}: has no poses, which {what} needs; record pose and twist, too")
     notes.append("The bag has no poses: the scene's initial state is where the first command takes effect.")
-    when = [timing.of_commands(messages, None, choices.times) for messages in given]
-    notes += [_told(name, times) for name, times in zip(names, when, strict=True)]
-    epoch_ns = min(int(times.ns.min()) for times in when)
-    merged = _merged(names, given, [times.ns - epoch_ns for times in when])
+    commands = _by_time(recording, scene, names, None, choices.times, notes)
+    epoch_ns = int(commands.time_ns[0])
+    commands = _since(epoch_ns, commands)
     period = scene.steps_per_publish * NANOSECONDS / scene["rate"]
-    count = int(merged.time_ns[-1] // period) + 2
+    count = int(commands.time_ns[-1] // period) + 2
+    if count > MOST_POSES:
+        raise BagError(f"{recording.path}: its commands span {count:.3g} poses at this publish_rate; give a lower one")
     stamp_ns = epoch_ns + np.rint(np.arange(count) * period).astype(np.int64)
     pose = f"{names[0].rpartition('/')[0]}/pose"
     notes = tuple(filter(None, notes))
-    return Problem(epoch_ns, stamp_ns, stamp_ns, None, pose, _beside(pose), commands=merged, notes=notes)
+    return Problem(epoch_ns, stamp_ns, stamp_ns, None, pose, _beside(pose), commands=commands, notes=notes)
 
 
 def _between_steps(since_ns: NDArray, rate: float) -> str:
@@ -268,19 +285,24 @@ def _by_time(
     recording: Recording,
     scene: Scene,
     names: Sequence[str],
-    given: Sequence[Messages],
-    poses: Messages,
-    epoch_ns: int,
+    poses: Messages | None,
     asked: str | None,
     notes: list[str],
 ) -> Commands:
-    when = [timing.of_commands(messages, poses, asked) for messages in given]
-    kept, longest_ns = [], scene["wrench.timeout"] * NANOSECONDS or math.inf
-    for name, times in zip(names, when, strict=True):
+    """In the order in which they took effect, with times as in the poses' stamps."""
+    chosen, times_ns, longest_ns = [], [], scene["wrench.timeout"] * NANOSECONDS or math.inf
+    for name in names:
+        messages = recording.wrenches[name]
+        times = timing.of_commands(messages, poses, asked)
         notes += [_told(name, times), timing.oddities(f"Times of {name}", times.ns, longest_ns)]
-        kept.append(timing.order(recording.path, name, times.ns, "choose --times receive, or cut the bag"))
-    chosen = [_chosen(messages, ordered) for messages, ordered in zip(given, kept, strict=True)]
-    return _merged(names, chosen, [times.ns[o] - epoch_ns for times, o in zip(when, kept, strict=True)])
+        order = timing.order(recording.path, name, times.ns, "choose --times receive, or cut the bag there")
+        chosen.append(_chosen(messages, order))
+        times_ns.append(times.ns[order])
+    return _merged(names, chosen, times_ns)
+
+
+def _since(epoch_ns: int, commands: Commands) -> Commands:
+    return replace(commands, time_ns=commands.time_ns - epoch_ns)
 
 
 def _told(name: str, times: timing.Times) -> str:
@@ -288,13 +310,14 @@ def _told(name: str, times: timing.Times) -> str:
 
 
 def _in_lockstep(
-    names: Sequence[str], given: Sequence[Messages], scene: Scene, start: Messages | None, notes: list[str]
+    recording: Recording, names: Sequence[str], scene: Scene, start: Messages | None, notes: list[str]
 ) -> Commands:
     """In the order in which they were received; of a bag that begins late, those after its first pose."""
     notes.append(
         f"Lockstep: each command on {names[0]} advances the simulation by {scene['steps_per_command']} steps, "
         "in the order in which they were received."
     )
+    given = [recording.wrenches[name] for name in names]
     merged = _merged(names, given, [messages.receive_ns for messages in given])
     if start is None:
         return merged

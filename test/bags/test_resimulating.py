@@ -438,6 +438,19 @@ def test_commands_alone(tmp_path):
     assert problem.stamp_ns[-1] >= messages[-1][1] - runs.LATENCY_NS > problem.stamp_ns[-2] - 20_000_000
 
 
+def test_commands_alone_that_do_not_tell_enough(tmp_path):
+    messages = [e for e in runs.in_real_time(BASE, runs.sends(BASE, SECONDS), SECONDS) if e[0] == "/wrench"]
+    recording = read(making.make(tmp_path / "bag", messages))
+    with pytest.raises(BagError, match="has no poses, which lockstep needs; record pose and twist, too"):
+        problems.prepare(recording, LOCKSTEP)
+    with pytest.raises(BagError, match="has no poses, which --start bag needs"):
+        problems.prepare(recording, BASE, Choices(start=BAG))
+    later = ("/wrench", messages[-1][1] + 10**17, runs.message(runs.Send(10**17, "world", (0.0,) * 6), making.EPOCH_NS))
+    recording = read(making.make(tmp_path / "years", [*messages, later]))
+    with pytest.raises(BagError, match=r"its commands span 5e\+09 poses at this publish_rate; give a lower one"):
+        problems.prepare(recording, BASE)
+
+
 # Errors -------------------------------------------------------------------------------------------------------------
 
 

@@ -54,6 +54,22 @@ def test_real_time_with_the_nodes_own_recorder(connect, tmp_path, capsys):
     assert_array_equal(poses[0].values, poses[1].values)
 
 
+def test_node_that_was_killed(connect, tmp_path, capsys):
+    """What is whole in its bag is simulated again to the bit."""
+    remote = connect({**SCENE, "record.path": str(tmp_path / "bag")}).ready()
+    send_some(remote, 20, each=5)
+    recorded = tmp_path / "bag" / "bag.mcap"
+    size = recorded.stat().st_size
+    remote.wait(lambda: recorded.stat().st_size > size, "another chunk")  # what was sent is in it, or before it
+    remote.process.popen.kill()
+    remote.process.popen.wait()
+    assert resim.main([str(tmp_path / "bag")]) == resim.FAILED
+    assert "--recover takes what is whole in it" in capsys.readouterr().err
+    assert resim.main([str(tmp_path / "bag"), "--recover"]) == resim.SAME
+    out = capsys.readouterr().out
+    assert "has no end: what is whole in it is taken" in out and "Equal to the bit" in out
+
+
 def test_lockstep_without_a_journal(connect, tmp_path, capsys):
     """From what any recorder has: commands, poses and twists in the order of coming."""
     scene = {**SCENE, "lockstep": True, "steps_per_command": 7}
