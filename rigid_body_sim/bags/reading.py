@@ -62,15 +62,19 @@ def read(path: str | os.PathLike[str], *, recover: bool = False) -> Recording:
     packed in an unknown way, holds no message, or messages of other definitions than ROS 2 Jazzy has.
     """
     require()
-    path, notes = Path(path), []
+    path = Path(path)
     try:
-        topics = _gather(path, recover, notes)
+        return _read(path, recover)
     except BagError:
         raise
     except Exception as reason:  # whatever rosbags, SQLite and the unpackers make of damaged files
         text = " ".join(str(reason).split()).rstrip(".") or type(reason).__name__
         raise BagError(f"{path}: cannot be read, it is damaged or of an unknown kind: {text}") from None
-    topics = [topic for topic in topics if topic.receive_ns or topic.not_taken]
+
+
+def _read(path: Path, recover: bool) -> Recording:
+    notes: list[str] = []
+    topics = [topic for topic in _gather(path, recover, notes) if topic.receive_ns or topic.not_taken]
     if not topics:
         raise BagError(f"{path}: holds no message; give a bag with wrench commands")
     recording = Recording(path, types={topic.name: topic.kind for topic in topics}, notes=notes)

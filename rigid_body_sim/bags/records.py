@@ -38,12 +38,13 @@ def scan(path: Path) -> Iterator[tuple[Any, int, bytes]]:
     """
     whole, connections = not lacks_end(path), _Connections()
     with path.open("rb") as file:
+        size = file.seek(0, 2)
         file.seek(len(MAGIC))
         while len(head := file.read(_HEAD.size)) == _HEAD.size:
             kind, length = _HEAD.unpack(head)
-            data = file.read(length)
-            if len(data) < length:
+            if length > size - file.tell():
                 break
+            data = file.read(length)
             if kind == _FOOTER:
                 return
             yield from _messages_in(_unpacked(data) if kind == _CHUNK else head + data, connections)

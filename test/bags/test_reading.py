@@ -198,6 +198,27 @@ def test_damaged_mcap_file(tmp_path, place):
     assert "cannot be read" in refusal(folder)
 
 
+@pytest.mark.parametrize("recover", (False, True))
+@pytest.mark.parametrize("storage", ("mcap", "sqlite3"))
+def test_whatever_happens_to_a_file_it_is_read_or_refused(tmp_path, storage, recover):
+    random = np.random.default_rng(9)
+    folder = making.make(tmp_path / "bag", MESSAGES, storage)
+    (file,) = (file for file in folder.iterdir() if file.name != "metadata.yaml")
+    whole = file.read_bytes()
+    refused = 0
+    for _ in range(60):
+        data = bytearray(whole)
+        at, length = int(random.integers(len(data))), int(random.integers(1, 60))
+        data[at : at + length] = random.bytes(int(random.choice((0, length))))
+        file.write_bytes(data)
+        try:
+            read(file, recover=recover)
+        except BagError as reason:
+            assert str(file) in str(reason) and "\n" not in str(reason)
+            refused += 1
+    assert refused > 10  # of 60; SQLite has no checksums
+
+
 def test_unknown_packing_of_files(tmp_path):
     folder = making.make(tmp_path / "bag", MESSAGES, packed="file")
     described = (folder / "metadata.yaml").read_text()
