@@ -217,7 +217,7 @@ def test_bag_that_begins_late(tmp_path):
     assert len(comparison.recorded) == 70
     # The command held at its first pose is in it, and held for what is left of its time.
     assert comparison.position_error.max() < 1e-13  # measured 3.9e-15
-    assert comparison.attitude_error.max() < 1e-13  # measured 1.5e-15
+    assert comparison.attitude_error.max() < 1e-13  # measured 4.2e-16
 
 
 def test_bag_that_begins_late_is_followed_to_round_off(tmp_path):
@@ -228,8 +228,8 @@ def test_bag_that_begins_late_is_followed_to_round_off(tmp_path):
     for scene in (BASE, BASE.changed({"twist_frame": "world"})):
         (tmp_path / scene["twist_frame"]).mkdir()
         comparison, _, _ = again(tmp_path / scene["twist_frame"], messages, scene)
-        assert comparison.position_error.max() < 1e-13  # measured 1.0e-14
-        assert comparison.attitude_error.max() < 1e-13  # measured 1.3e-14
+        assert comparison.position_error.max() < 1e-13  # measured 3.7e-15
+        assert comparison.attitude_error.max() < 1e-13  # measured 6.1e-16
 
 
 def test_state_to_start_from_can_be_chosen(tmp_path):
@@ -237,7 +237,7 @@ def test_state_to_start_from_can_be_chosen(tmp_path):
     scene = BASE.changed({"initial.angular_velocity": [0.0, 0.0, 0.0]})
     comparison, problem, _ = again(tmp_path, messages, scene, start=BAG)
     assert "as asked for" in said(problem)
-    assert comparison.attitude_error.max() < 1e-12  # measured 1.2e-14
+    assert comparison.attitude_error.max() < 1e-13  # measured 9.9e-16
     assert isinstance(problem.start, State)
     (tmp_path / "scene").mkdir()
     comparison, problem, _ = again(tmp_path / "scene", messages, scene, start=SCENE)
@@ -284,8 +284,8 @@ def test_lockstep_that_begins_late_starts_from_the_bag(tmp_path):
     at = [i for i, entry in enumerate(messages) if entry[0] == "/pose"]
     comparison, problem, _ = again(tmp_path, messages[at[60] :], LOCKSTEP)
     assert problem.start is not None
-    assert comparison.attitude_error.max() < 1e-12  # measured 2.9e-15
-    assert comparison.position_error.max() < 1e-12  # measured 7.1e-15
+    assert comparison.attitude_error.max() < 1e-13  # measured 2.9e-16
+    assert comparison.position_error.max() < 1e-13  # measured 1.9e-15
 
 
 def test_lockstep_with_a_command_missing_in_the_bag(tmp_path):
@@ -327,7 +327,7 @@ def test_journal_is_repeated_to_the_bit(tmp_path):
 def test_journal_with_another_scene_leads_elsewhere(tmp_path):
     messages = runs.with_journal(BASE, runs.sends(BASE, SECONDS), SECONDS)
     comparison, _, _ = again(tmp_path, messages, BASE.changed({"body.mass": 2.1}))
-    assert comparison.attitude_error.max() < 1e-12  # the same torques, but for forces at the centre of mass: measured 0
+    assert comparison.attitude_error.max() < 1e-13  # by the same torques; measured 0
     assert comparison.position_error.max() > 1e-3
 
 
@@ -461,4 +461,4 @@ def test_angles_are_exact_when_small_and_do_not_see_the_sign():
     from rigid_body_sim.bags.comparison import angles
 
     for sign in (1.0, -1.0):
-        np.testing.assert_allclose(angles(still, sign * turned), angle, rtol=1e-15)  # measured 2e-16
+        np.testing.assert_allclose(angles(still, sign * turned), angle, rtol=1e-15)  # measured 0
