@@ -33,10 +33,12 @@ setup(
         "fast": ["numba"],
         "mesh": ["trimesh"],
         "report": ["matplotlib", "mpmath", "tqdm"],
-        "bag": ["rosbags~=0.11.0"],  # bags/writing.py adds to the chunk that this version fills
+        "bag": ["rosbags~=0.11.0", "tqdm"],  # bags/writing.py adds to the chunk that this version fills
+        "dask": ["distributed"],
         # bsk is Basilisk and pin is Pinocchio; the names "basilisk" and "pinocchio" on PyPI are other projects.
         "peers": ["bsk", "diffrax", "drake", "jax", "mujoco", "pin", "scipy"],
         "test": [
+            "distributed",
             "hypothesis",
             "mcap",
             "mcap-ros2-support",
@@ -54,6 +56,7 @@ setup(
             "rigid_body_node = rigid_body_sim.ros.main:main",
             "rigid_body_demo = rigid_body_sim.tools.demo:main",
             "rigid_body_report = rigid_body_sim.report.main:main",
+            "rigid_body_resim = rigid_body_sim.tools.resim:main",
             "pointing_controller = rigid_body_sim.tools.pointing_controller:main",
         ],
     },

@@ -11,6 +11,7 @@ from rclpy.qos_overriding_options import QoSOverridingOptions
 
 from ..physics import rotation
 from ..physics.state import State
+from ..scene import commands
 from ..scene.loader import Scene
 from ..simulation import IntegratorError
 from . import messages
@@ -109,12 +110,12 @@ class Inputs:
 
         return on_wrench
 
-    def _limit(self, force: messages.Vector, torque: messages.Vector) -> tuple[messages.Vector, messages.Vector]:
+    def _limit(self, force: commands.Vector, torque: commands.Vector) -> tuple[commands.Vector, commands.Vector]:
         """Both as sent, or scaled down to the limits."""
         if math.hypot(*force) <= self._most_force and math.hypot(*torque) <= self._most_torque:
             return force, torque
         self.limited += 1
-        return messages.scaled_down(force, self._most_force), messages.scaled_down(torque, self._most_torque)
+        return commands.scaled_down(force, self._most_force), commands.scaled_down(torque, self._most_torque)
 
     def _on_impulse(self, data: bytes) -> None:
         self._need_a_running_simulation("impulse")

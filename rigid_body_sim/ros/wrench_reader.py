@@ -3,6 +3,7 @@
 from geometry_msgs.msg import WrenchStamped
 
 from ..physics.wrench import Wrench
+from ..scene import commands
 from ..scene.loader import Scene
 from . import cdr, messages
 
@@ -15,9 +16,9 @@ class WrenchReader:
     they carry is how messages about refusals call it; ``limit`` is applied to each force and torque.
     """
 
-    def __init__(self, scene: Scene, what: str = "wrench", limit: messages.Limit = messages.unlimited):
+    def __init__(self, scene: Scene, what: str = "wrench", limit: commands.Limit = commands.unlimited):
         self._scene, self._what, self._limit = scene, what, limit
-        self._meanings: dict[bytes, messages.Meaning] = {}  # by the bytes of a known frame: a few, whatever is sent
+        self._meanings: dict[bytes, commands.Meaning] = {}  # by the bytes of a known frame: a few, whatever is sent
 
     def read(self, data: bytes) -> Wrench:
         """The wrench that the bytes mean. Raises RefusedError when it cannot be accepted."""
@@ -33,8 +34,8 @@ class WrenchReader:
                 frame_id = frame[:-1].decode()
             except UnicodeDecodeError:
                 return self._read_slowly(data)
-            meaning = self._meanings[frame] = messages.meaning(frame_id, self._scene, self._what)
-        return messages.make_wrench(meaning, numbers[:3], numbers[3:], self._what, self._limit)
+            meaning = self._meanings[frame] = commands.meaning(frame_id, self._scene, self._what)
+        return commands.make_wrench(meaning, numbers[:3], numbers[3:], self._what, self._limit)
 
     def _read_slowly(self, data: bytes) -> Wrench:
         message = messages.deserialised(data, WrenchStamped, self._what)

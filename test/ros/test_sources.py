@@ -169,7 +169,7 @@ components = st.floats(-1.7e308, 1.7e308)
 
 @given(st.tuples(components, components, components), st.floats(1e-300, 1e307))
 def test_length_of_what_is_scaled_down_is_the_limit_to_round_off(vector, most):
-    from rigid_body_sim.ros.messages import scaled_down
+    from rigid_body_sim.scene.commands import scaled_down
 
     limited = scaled_down(vector, most)
     if math.hypot(*vector) <= most:

@@ -1,0 +1,337 @@
+"""What a bag says about a run: where it starts, and which commands reached it when."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..physics import rotation
+from ..physics.compiled import sources_digest
+from ..physics.state import State
+from ..scene.loader import Scene
+from ..simulation import Simulation
+from . import journal as journals
+from . import timing, topics
+from .comparison import angles
+from .library import BagError
+from .reading import Messages, Recording
+
+NANOSECONDS = 1_000_000_000
+ROUNDED_NS = 2.0  # by which the time from one stamp to another may differ from whole steps
+MOST_POSES = 50_000_000  # that a bag without any is given
+SAME_START = 1e-9  # m, rad, m/s, rad/s: a first pose this near to the scene's initial one is that one
+CUT_OR_RECORD = "cut the bag there, or let the node record (record.path)"
+SCENE, BAG = "scene", "bag"  # where the initial state comes from
+
+
+@dataclass(frozen=True)
+class Choices:
+    """What a user may choose; None is decided by what is in the bag."""
+
+    topics: tuple[str, ...] = ()
+    pose: str | None = None
+    times: str | None = None  # timing.HEADER or RECEIVE
+    start: str | None = None  # SCENE or BAG
+
+
+BY_WHAT_IS_THERE = Choices()
+
+
+@dataclass(frozen=True)
+class Commands:
+    """The commands of all topics, in the order in which they reached the simulation."""
+
+    topics: tuple[str, ...]  # the first leads in lockstep
+    topic: NDArray  # (n,) index into topics
+    time_ns: NDArray  # (n,) simulated time since the start; without meaning in lockstep
+    values: NDArray  # (n, 6) force [N] and torque [N m]
+    frame_ids: NDArray  # (n,) of str
+
+    def part(self, which: NDArray | slice) -> "Commands":
+        """Some of them."""
+        names = ("topic", "time_ns", "values", "frame_ids")
+        return replace(self, **{name: getattr(self, name)[which] for name in names})
+
+
+@dataclass(frozen=True)
+class Problem:
+    """What to simulate but the scene, as a bag tells it. It can be pickled and sent to another process.
+
+    Poses are wanted at ``stamp_ns``; step 0 has the stamp ``epoch_ns``. Where there is a journal, it takes the place of
+    the commands.
+    """
+
+    epoch_ns: int
+    stamp_ns: NDArray  # (m,)
+    receive_ns: NDArray  # (m,)
+    recorded: NDArray | None  # (m, 7) poses
+    pose_topic: str
+    twist_topic: str
+    start: State | None = None  # None is the scene's
+    commands: Commands | None = None
+    journal: tuple[journals.Entry, ...] = ()
+    notes: tuple[str, ...] = ()
+
+
+# What to simulate -----------------------------------------------------------------------------------------------------
+
+
+def scene_of(recording: Recording) -> Scene | None:
+    """The scene in the bag's journal; None without a journal. Raises BagError for a journal that cannot be read."""
+    return journals.beginning(journals.read(recording.journal)).scene if recording.journal else None
+
+
+def prepare(recording: Recording, scene: Scene, choices: Choices = BY_WHAT_IS_THERE) -> Problem:
+    """What a bag says about a run of this scene. Raises BagError when that cannot be simulated again."""
+    pose = topics.pose(recording, scene, choices.pose)
+    twist = topics.twist(recording, pose)
+    notes = list(recording.notes)
+    if recording.journal:
+        return _by_journal(recording, scene, pose, twist, notes)
+    names = topics.commands(recording, scene, choices.topics)
+    unknown = [f"{name} ({recording.types[name]})" for name in topics.left_out(recording, names)]
+    if unknown:
+        notes.append(f"Left out, because only a journal tells when they took effect: {', '.join(unknown)}.")
+    if pose is None:
+        return _without_poses(recording, scene, names, choices, notes)
+    return _by_commands(recording, scene, names, pose, twist, choices, notes)
+
+
+def _by_commands(
+    recording: Recording,
+    scene: Scene,
+    names: Sequence[str],
+    pose: str,
+    twist: str | None,
+    choices: Choices,
+    notes: list[str],
+) -> Problem:
+    _check_frame(recording, pose, scene)
+    poses, twists = _poses_in_order(recording, pose, notes), recording.twists.get(twist)
+    first, start, told = _start(recording, scene, pose, poses, twists, choices.start)
+    notes.append(told)
+    poses = _chosen(poses, slice(first, None))
+    epoch_ns = 0 if scene["lockstep"] and start is None else int(poses.stamp_ns[0])
+    notes.append(_between_steps(poses.stamp_ns - epoch_ns, scene["rate"]))
+    if scene["lockstep"]:
+        commands = _in_lockstep(recording, names, scene, poses if start else None, notes)
+    else:
+        commands = _since(epoch_ns, _by_time(recording, scene, names, poses, choices.times, notes))
+    return Problem(
+        epoch_ns,
+        poses.stamp_ns,
+        poses.receive_ns,
+        poses.values,
+        pose,
+        twist or _beside(pose),
+        start,
+        commands,
+        notes=tuple(filter(None, notes)),
+    )
+
+
+def _poses_in_order(recording: Recording, pose: str, notes: list[str]) -> Messages:
+    poses = recording.poses[pose]
+    notes.append(timing.oddities(f"Stamps of {pose}", poses.stamp_ns))
+    poses = _chosen(poses, timing.order(recording.path, pose, poses.stamp_ns, CUT_OR_RECORD))
+    return _chosen(poses, timing.last_of_equal(poses.stamp_ns))
+
+
+def _by_journal(recording: Recording, scene: Scene, pose: str | None, twist: str | None, notes: list[str]) -> Problem:
+    if pose is None:
+        raise BagError(f"{recording.path}: has a journal, but no pose to compare with; record pose, too")
+    poses = recording.poses[pose]
+    entries = tuple(journals.read(recording.journal))
+    notes.append("Simulated by the node's own journal: each command takes effect at the step at which it did.")
+    notes.append(_other_kernels(journals.beginning(entries)))
+    return Problem(
+        journals.beginning(entries).epoch_ns,
+        poses.stamp_ns,
+        poses.receive_ns,
+        poses.values,
+        pose,
+        twist or _beside(pose),
+        journal=entries,
+        notes=tuple(filter(None, notes)),
+    )
+
+
+def _other_kernels(beginning: journals.Beginning) -> str:
+    if beginning.kernels == sources_digest():
+        return ""
+    return f"It was recorded by version {beginning.version} with other kernels: the last digits may differ."
+
+
+def _without_poses(
+    recording: Recording, scene: Scene, names: Sequence[str], choices: Choices, notes: list[str]
+) -> Problem:
+    """From the first command to the last, with a pose as often as the scene publishes one."""
+    if scene["lockstep"] or choices.start == BAG:
+        what = "lockstep" if scene["lockstep"] else "--start bag"
+        raise BagError(f"{recording.path}: has no poses, which {what} needs; record pose and twist, too")
+    notes.append("The bag has no poses: the scene's initial state is where the first command takes effect.")
+    commands = _by_time(recording, scene, names, None, choices.times, notes)
+    epoch_ns = int(commands.time_ns[0])
+    commands = _since(epoch_ns, commands)
+    period = scene.steps_per_publish * NANOSECONDS / scene["rate"]
+    count = int(commands.time_ns[-1] // period) + 2
+    if count > MOST_POSES:
+        raise BagError(f"{recording.path}: its commands span {count:.3g} poses at this publish_rate; give a lower one")
+    stamp_ns = epoch_ns + np.rint(np.arange(count) * period).astype(np.int64)
+    pose = f"{names[0].rpartition('/')[0]}/pose"
+    notes = tuple(filter(None, notes))
+    return Problem(epoch_ns, stamp_ns, stamp_ns, None, pose, _beside(pose), commands=commands, notes=notes)
+
+
+def _between_steps(since_ns: NDArray, rate: float) -> str:
+    """A sentence about stamps that no step has; empty when there are none."""
+    steps = timing.nearest_steps(since_ns, rate)
+    off = np.abs(since_ns - np.rint(steps * (NANOSECONDS / rate)))
+    between = int((off > ROUNDED_NS).sum())
+    if not between:
+        return ""
+    return f"{between} poses lie between two steps, by up to {off.max() / NANOSECONDS:.3g} s; the nearest step counts."
+
+
+def _beside(pose: str) -> str:
+    return f"{pose.rpartition('/')[0]}/twist"
+
+
+def _check_frame(recording: Recording, pose: str, scene: Scene) -> None:
+    world = scene["world_frame_id"]
+    for name in dict.fromkeys(recording.poses[pose].frame_ids.tolist()):
+        if name.removeprefix("/") not in (world, ""):
+            raise BagError(
+                f"{recording.path}: {pose} is in frame {name!r}, the scene's world is {world!r}; give the scene of "
+                "this bag with --scene, or another topic with --pose"
+            )
+
+
+# Where it starts ------------------------------------------------------------------------------------------------------
+
+
+def _start(
+    recording: Recording, scene: Scene, pose: str, poses: Messages, twists: Messages | None, asked: str | None
+) -> tuple[int, State | None, str]:
+    """Index of the pose to start with, the state there (None: the scene's), and a sentence about it."""
+    at = f"the first pose, stamped {timing.seconds(int(poses.stamp_ns[0]))}"
+    if asked == SCENE:
+        return 0, None, f"Starts from the scene's initial state, as asked for, at {at}."
+    if asked is None and _begins_with(scene, poses, twists):
+        return 0, None, f"Starts from the scene's initial state, at {at}."
+    first = _first_with_twist(poses, twists)
+    if first is None:
+        raise BagError(
+            f"{recording.path}: begins after the start, and no twist of the body tells the velocities at the first "
+            f"pose of {pose}; give --start scene, or a scene with them in initial.*"
+        )
+    index, twist = first
+    state = _state(recording, scene, poses, index, twists, twist)
+    at = timing.seconds(int(poses.stamp_ns[index]))
+    why = "as asked for" if asked else "the bag begins after the scene's initial state"
+    return index, state, f"Starts from the recorded pose and twist stamped {at}: {why}."
+
+
+def _begins_with(scene: Scene, poses: Messages, twists: Messages | None) -> bool:
+    """Whether the first pose is the scene's initial state, or in lockstep the answer to the first command."""
+    if scene["lockstep"]:
+        step = int(timing.nearest_steps(poses.stamp_ns[:1], scene["rate"])[0])
+        return step in (0, scene["steps_per_command"])
+    motion = np.array(Simulation.from_scene(scene).motion)
+    there = np.abs(poses.values[0, :3] - motion[:3]).max() <= SAME_START * max(1.0, np.abs(motion[:3]).max())
+    there = there and angles(poses.values[:1, 3:7], motion[None, 3:7])[0] <= SAME_START
+    if not there or twists is None:
+        return bool(there)
+    same = np.flatnonzero(twists.stamp_ns == poses.stamp_ns[0])
+    expected = motion[13:19] if _last(twists.frame_ids, same) == scene["body.frame_id"] else motion[7:13]
+    return not len(same) or bool(np.abs(twists.values[same[-1]] - expected).max() <= SAME_START)
+
+
+def _last(frame_ids: NDArray, same: NDArray) -> str:
+    return frame_ids[same[-1]].removeprefix("/") if len(same) else ""
+
+
+def _first_with_twist(poses: Messages, twists: Messages | None) -> tuple[int, int] | None:
+    """Indices of the first pose and twist of one stamp."""
+    if twists is None:
+        return None
+    _, pose, twist = np.intersect1d(poses.stamp_ns, twists.stamp_ns, return_indices=True)
+    return (int(pose[0]), int(twist[0])) if len(pose) else None
+
+
+def _state(recording: Recording, scene: Scene, poses: Messages, index: int, twists: Messages, twist: int) -> State:
+    values, frame = poses.values[index], twists.frame_ids[twist].removeprefix("/")
+    orientation, velocity, w = values[3:7], twists.values[twist, :3], twists.values[twist, 3:]
+    if frame not in (scene["body.frame_id"], scene["world_frame_id"]):
+        raise BagError(
+            f"{recording.path}: twists are in frame {frame!r}; the scene knows {scene['body.frame_id']!r} and "
+            f"{scene['world_frame_id']!r}"
+        )
+    try:
+        orientation = rotation.normalize(orientation)
+        if frame == scene["body.frame_id"]:
+            return State(values[:3], orientation, rotation.rotate(orientation, velocity), w)
+        return State(values[:3], orientation, velocity, rotation.rotate_back(orientation, w))
+    except ValueError as reason:
+        raise BagError(f"{recording.path}: cannot start from the recorded pose and twist: {reason}") from None
+
+
+# Commands -------------------------------------------------------------------------------------------------------------
+
+
+def _by_time(
+    recording: Recording,
+    scene: Scene,
+    names: Sequence[str],
+    poses: Messages | None,
+    asked: str | None,
+    notes: list[str],
+) -> Commands:
+    """In the order in which they took effect, with times as in the poses' stamps."""
+    chosen, times_ns, longest_ns = [], [], scene["wrench.timeout"] * NANOSECONDS or math.inf
+    for name in names:
+        messages = recording.wrenches[name]
+        times = timing.of_commands(messages, poses, asked)
+        notes += [_told(name, times), timing.oddities(f"Times of {name}", times.ns, longest_ns)]
+        order = timing.order(recording.path, name, times.ns, "choose --times receive, or cut the bag there")
+        chosen.append(_chosen(messages, order))
+        times_ns.append(times.ns[order])
+    return _merged(names, chosen, times_ns)
+
+
+def _since(epoch_ns: int, commands: Commands) -> Commands:
+    return replace(commands, time_ns=commands.time_ns - epoch_ns)
+
+
+def _told(name: str, times: timing.Times) -> str:
+    return f"Commands on {name} take effect at {times.source}."
+
+
+def _in_lockstep(
+    recording: Recording, names: Sequence[str], scene: Scene, start: Messages | None, notes: list[str]
+) -> Commands:
+    """In the order in which they were received; of a bag that begins late, those after its first pose."""
+    notes.append(
+        f"Lockstep: each command on {names[0]} advances the simulation by {scene['steps_per_command']} steps, "
+        "in the order in which they were received."
+    )
+    given = [recording.wrenches[name] for name in names]
+    merged = _merged(names, given, [messages.receive_ns for messages in given])
+    if start is None:
+        return merged
+    return merged.part(merged.time_ns > start.receive_ns[0])
+
+
+def _merged(names: Sequence[str], given: Sequence[Messages], times_ns: Sequence[NDArray]) -> Commands:
+    time_ns = np.concatenate(times_ns)
+    order = np.argsort(time_ns, kind="stable")
+    topic = np.repeat(np.arange(len(given)), [len(messages) for messages in given])
+    values = np.concatenate([messages.values for messages in given])
+    frame_ids = np.concatenate([messages.frame_ids for messages in given])
+    return Commands(tuple(names), topic[order], time_ns[order], values[order], frame_ids[order])
+
+
+def _chosen(messages: Messages, which: NDArray | slice) -> Messages:
+    return Messages(*(getattr(messages, name)[which] for name in ("receive_ns", "stamp_ns", "values", "frame_ids")))

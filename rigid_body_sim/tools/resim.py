@@ -1,0 +1,282 @@
+"""Entry point of rigid_body_resim: simulate again what a bag holds, write it, compare, draw, or vary the scene."""
+
+import argparse
+import contextlib
+import math
+import os
+import sys
+import time
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import NoReturn
+
+from ..bags import problem as problems
+from ..bags import resimulating, timing
+from ..bags.comparison import Comparison, Tolerance
+from ..bags.library import BagError
+from ..bags.problem import Choices, Problem
+from ..bags.reading import Recording, read
+from ..bags.resimulating import Progress, Track
+from ..scene.loader import Scene, load_scene
+from ..simulation import SimulationError
+from . import resim_output, resim_picture, sweep
+
+SAME, FAILED, DIFFERS, INTERRUPTED = 0, 1, 2, 130
+USUAL_TOLERANCE = Tolerance(1e-9, 1e-9)
+HOW_TO_INSTALL = "pip install rigid_body_sim[bag]"
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Do what the command line asks for. Returns the exit status: 0 same, 1 failed, 2 differs, 130 after Ctrl-C."""
+    options = _parser().parse_args(arguments)
+    try:
+        return _vary(options) if options.vary else _simulate_again(options)
+    except KeyboardInterrupt:
+        text, status = "interrupted", INTERRUPTED
+        if options.vary:
+            text += "; the same command goes on with the runs that are left"
+    except ImportError as reason:
+        text, status = f"{reason}; {HOW_TO_INSTALL}", FAILED
+    except (BagError, OSError, SimulationError, ValueError) as reason:
+        text, status = " ".join(str(reason).split()), FAILED
+    print(f"rigid_body_resim: {text}", file=sys.stderr)
+    return status
+
+
+class _Parser(argparse.ArgumentParser):
+    def error(self, message: str) -> NoReturn:
+        """As the base class, with another status: 2 means that the motion differs."""
+        self.print_usage(sys.stderr)
+        self.exit(FAILED, f"{self.prog}: {message}\n")
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = _Parser(
+        prog="rigid_body_resim",
+        description="Simulates again, offline and at full speed, what a bag holds, and compares with the poses in it. "
+        "Exit status: 0 the same within the tolerance, 2 different, 1 an error.",
+    )
+    parser.add_argument("bag", type=Path, metavar="IN", help="a bag: its folder, or a lone .mcap or .db3 file")
+    parser.add_argument(
+        "--scene",
+        type=Path,
+        metavar="FILE",
+        help="parameter file of the node (default: the scene in the bag's journal)",
+    )
+    parser.add_argument("--out", type=Path, metavar="BAG", help="write pose and twist at the recorded stamps, as a bag")
+    parser.add_argument(
+        "--compare",
+        action="store_true",
+        help="compare with the recorded poses (what is done when nothing else is asked)",
+    )
+    parser.add_argument(
+        "--plot", type=Path, nargs="?", const=Path(), metavar="FILE", help="compare, and draw the errors (IN.png)"
+    )
+    parser.add_argument(
+        "--tolerance",
+        type=_distance,
+        nargs=2,
+        metavar=("M", "RAD"),
+        help="compare: position [m] and attitude [rad] within which poses count as the same "
+        f"(default {USUAL_TOLERANCE.position:g} {USUAL_TOLERANCE.attitude:g})",
+    )
+    parser.add_argument(
+        "--topic",
+        action="append",
+        default=[],
+        metavar="NAME",
+        help="topic with commands (default: those of wrench.topics, or the only one); several times for several",
+    )
+    parser.add_argument("--pose", metavar="NAME", help="topic with the poses of the body")
+    parser.add_argument(
+        "--times",
+        choices=(timing.HEADER, timing.RECEIVE),
+        help="when commands took effect: by the stamps in their headers, or as received (default: header stamps that "
+        "can be right, else as received)",
+    )
+    parser.add_argument(
+        "--start",
+        choices=(problems.SCENE, problems.BAG),
+        help="initial state: the scene's, or the first recorded pose and twist (default: the scene's when the first "
+        "pose is that)",
+    )
+    parser.add_argument("--recover", action="store_true", help="of a file that has no end, take what is whole")
+    group = parser.add_argument_group("many runs")
+    group.add_argument(
+        "--vary",
+        action="append",
+        default=[],
+        metavar="NAME=VALUES",
+        help="run every value of a parameter of the scene, first:last:count or a,b,c; several times for a grid",
+    )
+    group.add_argument("--csv", type=Path, metavar="FILE", help="a row for each run (default IN.csv); goes on with it")
+    group.add_argument("--workers", type=_count, metavar="N", help="processes (default: one for each processor)")
+    group.add_argument("--dask", metavar="ADDRESS", help="run on the Dask cluster whose scheduler is there")
+    return parser
+
+
+def _distance(text: str) -> float:
+    with contextlib.suppress(ValueError):
+        if 0.0 <= float(text) < math.inf:
+            return float(text)
+    raise argparse.ArgumentTypeError(f"{text} is not a finite number of at least 0")
+
+
+def _count(text: str) -> int:
+    with contextlib.suppress(ValueError):
+        if int(text) > 0:
+            return int(text)
+    raise argparse.ArgumentTypeError(f"{text} is not a whole number of at least 1")
+
+
+# One run --------------------------------------------------------------------------------------------------------------
+
+
+def _simulate_again(options: argparse.Namespace) -> int:
+    for name in ("csv", "workers", "dask"):
+        if getattr(options, name) is not None:
+            raise ValueError(f"--{name} is for many runs; give --vary, too")
+    picture = _picture(options)
+    compared = options.compare or picture is not None or options.tolerance is not None or options.out is None
+    if options.out is not None:
+        resim_output.check(options.out)
+    scene, problem = _prepared(options)
+    if compared and problem.recorded is None:
+        raise BagError(
+            f"{options.bag}: has no topic of type geometry_msgs/PoseStamped to compare with; give --out alone"
+        )
+    track = _timed_run(problem, scene)
+    if options.out is not None:
+        resim_output.write(options.out, problem, scene, track)
+        print(f"Written: {options.out}")
+    return _compare(problem, track, options, picture) if compared else SAME
+
+
+def _picture(options: argparse.Namespace) -> Path | None:
+    if options.plot is None:
+        return None
+    path = Path(f"{_stem(options.bag)}.png") if options.plot == Path() else options.plot
+    resim_picture.check(path)
+    return path
+
+
+def _stem(bag: Path) -> str:
+    """Name of the bag without its ending, for files in the working directory."""
+    return bag.absolute().name.split(".")[0]
+
+
+def _prepared(options: argparse.Namespace) -> tuple[Scene, Problem]:
+    """Read the bag and say what is in it."""
+    recording = read(options.bag, recover=options.recover)
+    if recording.journal and (options.topic or options.times or options.start):
+        raise ValueError(
+            "--topic, --times and --start are for bags without a journal, which this bag has; leave them out"
+        )
+    if options.scene is not None:
+        scene, told = load_scene(options.scene), f"Scene: {options.scene}."
+    else:
+        scene, told = problems.scene_of(recording), "Scene: as the node recorded it."
+    if scene is None:
+        scene, told = Scene(), "Scene: the node's defaults, because neither --scene nor a journal gives one."
+    choices = Choices(tuple(options.topic), options.pose, options.times, options.start)
+    problem = problems.prepare(recording, scene, choices)
+    _tell(recording, problem, told)
+    return scene, problem
+
+
+def _tell(recording: Recording, problem: Problem, told: str) -> None:
+    commands = f"{len(problem.journal) - 1} journal entries"
+    if problem.commands is not None:
+        commands = f"{len(problem.commands.values)} commands on {', '.join(problem.commands.topics)}"
+    poses = "no poses" if problem.recorded is None else f"{len(problem.recorded)} poses on {problem.pose_topic}"
+    print(f"{recording.path}: {commands}, {poses}")
+    for sentence in (told, *problem.notes):
+        print(f"  {sentence}")
+
+
+def _timed_run(problem: Problem, scene: Scene) -> Track:
+    begin = time.perf_counter()
+    with _bar((int(problem.stamp_ns.max()) - problem.epoch_ns) / timing.NANOSECONDS) as progress:
+        track = resimulating.run(problem, scene, progress)
+    seconds = time.perf_counter() - begin
+    if track.refused:
+        print(f"  {track.refused} commands are left out, as the node leaves them out; the first: {track.reason}")
+    print(
+        f"Simulated {track.steps / scene['rate']:.9g} s, {track.steps} steps, in {seconds:.3g} s; state {track.state}"
+    )
+    return track
+
+
+@contextlib.contextmanager
+def _bar(total: float) -> Iterator[Progress]:
+    from tqdm import tqdm
+
+    shape = "simulated {n:.0f} of {total:.0f} s |{bar}| {elapsed} gone, {remaining} left"
+    with tqdm(total=total, bar_format=shape, file=sys.stderr, disable=None, leave=False) as bar:
+        yield lambda now: bar.update(min(now, total) - bar.n)
+
+
+def _compare(problem: Problem, track: Track, options: argparse.Namespace, picture: Path | None) -> int:
+    tolerance = Tolerance(*options.tolerance) if options.tolerance else USUAL_TOLERANCE
+    comparison = Comparison(problem.stamp_ns, problem.recorded, track.poses)
+    if picture is not None:
+        resim_picture.draw(comparison, tolerance, f"{options.bag.name} simulated again", picture)
+        print(f"Picture: {picture}")
+    _tell_errors(comparison)
+    return _verdict(comparison, tolerance)
+
+
+def _tell_errors(comparison: Comparison) -> None:
+    if (unequal := comparison.first_unequal) is None:
+        print(f"Equal to the bit: {len(comparison.recorded)} poses")
+        return
+    print(f"Not equal to the bit from {_moment(comparison, unequal)} on")
+    figures = comparison.figures()
+    for what, unit, errors in (
+        ("Position", "m", comparison.position_error),
+        ("Attitude", "rad", comparison.attitude_error),
+    ):
+        largest = int(errors.argmax())
+        rms, when = figures[f"{what.lower()}_rms"], comparison.time[largest]
+        print(f"{what} error: rms {rms:.3g} {unit}, largest {errors[largest]:.3g} {unit} at {when:.6g} s")
+
+
+def _verdict(comparison: Comparison, tolerance: Tolerance) -> int:
+    diverged = comparison.divergence(tolerance)
+    if diverged is None:
+        print(f"Same within {tolerance}")
+        return SAME
+    print(
+        f"Different: above {tolerance} from {_moment(comparison, diverged)} on, there by "
+        f"{comparison.position_error[diverged]:.3g} m, {comparison.attitude_error[diverged]:.3g} rad"
+    )
+    return DIFFERS
+
+
+def _moment(comparison: Comparison, index: int) -> str:
+    return f"{comparison.time[index]:.9g} s (pose {index + 1}, stamp {comparison.stamp_ns[index]} ns)"
+
+
+# Many runs ------------------------------------------------------------------------------------------------------------
+
+
+def _vary(options: argparse.Namespace) -> int:
+    for name in ("out", "plot", "tolerance"):
+        if getattr(options, name) is not None:
+            raise ValueError(f"--{name} is for one run; leave it or --vary out")
+    if options.workers is not None and options.dask is not None:
+        raise ValueError("--workers is for processes of this machine; leave it or --dask out")
+    variations = [sweep.variation(text) for text in options.vary]
+    scene, problem = _prepared(options)
+    path = options.csv or Path(f"{_stem(options.bag)}.csv")
+    table = sweep.Table(path, problem, scene, variations)
+    runs = sweep.processes(options.workers or os.cpu_count() or 1) if options.dask is None else sweep.dask(options.dask)
+    lost = sweep.run(table, problem, scene, runs)
+    print(f"Rows: {len(table.rows)} of {len(table.grid)}, in {path}")
+    if lost:
+        raise BagError(f"{len(lost)} runs were lost ({lost[0]}); the same command runs them again")
+    return SAME
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,55 @@
+"""The bag that rigid_body_resim writes: pose and twist at the recorded stamps, under its name only when it is whole."""
+
+import os
+import shutil
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+
+from ..bags import cdr
+from ..bags.library import BagError
+from ..bags.problem import Problem
+from ..bags.reading import POSE, TWIST
+from ..bags.resimulating import Track
+from ..bags.writing import BagWriter, Message, Topic
+from ..scene.loader import Scene
+
+_POSE_IN_MESSAGES = [0, 1, 2, 4, 5, 6, 3]  # quaternion x, y, z, w
+_TWIST_WORLD, _TWIST_BODY = slice(7, 13), slice(13, 19)
+_AT_ONCE = 10_000  # messages
+
+
+def check(path: Path) -> None:
+    """Raise BagError unless a bag can be made at ``path``."""
+    if os.path.lexists(path):
+        raise BagError(f"--out {path}: exists already; give a folder that does not exist yet")
+    if not path.absolute().parent.is_dir():
+        raise BagError(f"--out {path}: there is no folder {path.absolute().parent}")
+
+
+def write(path: Path, problem: Problem, scene: Scene, track: Track) -> None:
+    """Write the bag. Raises BagError and OSError, and leaves nothing, when that is not possible."""
+    path = path.absolute()
+    beside = Path(tempfile.mkdtemp(prefix=f".{path.name}.", dir=path.parent))
+    try:
+        topics = [Topic(problem.pose_topic, POSE), Topic(problem.twist_topic, TWIST)]
+        with BagWriter(beside / path.name, topics) as bag:
+            bag.write(_messages(problem, scene, track))
+        check(path)
+        (beside / path.name).rename(path)
+    finally:
+        shutil.rmtree(beside, ignore_errors=True)
+
+
+def _messages(problem: Problem, scene: Scene, track: Track) -> Iterator[Message]:
+    frame, columns = scene["body.frame_id"], _TWIST_BODY
+    if scene["twist_frame"] == "world":
+        frame, columns = scene["world_frame_id"], _TWIST_WORLD
+    for first in range(0, len(problem.stamp_ns), _AT_ONCE):
+        part = slice(first, first + _AT_ONCE)
+        stamps, motion = problem.stamp_ns[part], track.motion[part]
+        poses = cdr.encode(stamps, scene["world_frame_id"], motion[:, _POSE_IN_MESSAGES])
+        twists = cdr.encode(stamps, frame, motion[:, columns])
+        for received, pose, twist in zip(problem.receive_ns[part].tolist(), poses, twists, strict=True):
+            yield 0, received, pose
+            yield 1, received, twist

@@ -1,0 +1,347 @@
+"""Many runs of one bag, a grid of parameters: in processes of this machine or on a Dask cluster, a row of CSV each."""
+
+import contextlib
+import csv
+import functools
+import hashlib
+import io
+import itertools
+import json
+import os
+import pickle
+import re
+import signal
+import sys
+import warnings
+from collections.abc import Callable, Iterator, Sequence
+from concurrent import futures
+from dataclasses import dataclass
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from .. import __version__
+from ..bags import resimulating
+from ..bags.comparison import Comparison
+from ..bags.library import BagError
+from ..bags.problem import Problem
+from ..physics import compiled
+from ..scene import schema
+from ..scene.loader import Scene
+from ..simulation import SimulationError, load_kernels
+
+RESULTS = ("position_max", "position_rms", "attitude_max", "attitude_rms", "state", "refusal")
+CONNECT_WITHIN = 10.0  # s
+MOST_RUNS = 1_000_000
+_VARIED = re.compile(r"(?P<name>[^\[\]=]+)(\[(?P<index>\d+)\])?=(?P<values>.+)")
+
+Values = tuple[Any, ...]  # of the varied parameters, in the order of the variations
+Work = tuple[Problem, Scene, "Sequence[Variation]"]
+Outcome = tuple[Values, "dict[str, Any] | None", str]  # results, or why the run was lost
+Runs = Callable[[Work, Sequence[Values]], Iterator[Outcome]]
+
+
+@dataclass(frozen=True)
+class Variation:
+    """The values that one parameter takes, or one entry of an array."""
+
+    text: str  # as given
+    name: str
+    index: int | None
+    values: Values
+
+    @property
+    def column(self) -> str:
+        """What stands above its values."""
+        return self.name if self.index is None else f"{self.name}[{self.index}]"
+
+
+def variation(text: str) -> Variation:
+    """The variation that ``name=first:last:count`` or ``name[index]=a,b,c`` asks for.
+
+    Raises ValueError for what is no such text, an unknown parameter, and values that it cannot have.
+    """
+    match = _VARIED.fullmatch(text)
+    if match is None:
+        raise ValueError(f"--vary {text}: is not NAME=first:last:count or NAME=a,b,c; give one such as body.mass=1:3:9")
+    name, index = match["name"], None if match["index"] is None else int(match["index"])
+    parameter = schema.find(name)
+    if (parameter.type is tuple) != (index is not None):
+        entry = f"one entry, such as {name}[0]=..." if parameter.type is tuple else f"no [{index}]: it is no array"
+        raise ValueError(f"--vary {text}: give {entry}")
+    if index is not None and parameter.length and index >= parameter.length:
+        raise ValueError(f"--vary {text}: {name} has the entries 0 to {parameter.length - 1}")
+    values = _values(text, match["values"], parameter.type)
+    if index is None:
+        values = tuple(parameter.read(name, value) for value in values)
+    return Variation(text, name, index, values)
+
+
+def _values(text: str, given: str, kind: type) -> Values:
+    if kind is str:
+        return tuple(given.split(","))
+    if kind not in (int, float, tuple):
+        raise ValueError(f"--vary {text}: is of type {schema.TYPES[kind]}; numbers and texts can be varied")
+    convert = int if kind is int else float
+    try:
+        if ":" not in given:
+            return tuple(map(convert, given.split(",")))
+        first, last, count = given.split(":")
+        if not 1 <= int(count) <= MOST_RUNS:
+            raise ValueError
+        return tuple(map(convert, np.linspace(float(first), float(last), int(count)).tolist()))
+    except ValueError:
+        raise ValueError(f"--vary {text}: {given} is not first:last:count or numbers such as 1,2.5") from None
+
+
+def changed(scene: Scene, variations: Sequence[Variation], values: Values) -> Scene:
+    """The scene with these values. Raises ValueError when they do not go together."""
+    changes: dict[str, Any] = {}
+    for varied, value in zip(variations, values, strict=True):
+        if varied.index is None:
+            changes[varied.name] = value
+        else:
+            array = changes.setdefault(varied.name, list(scene[varied.name]))
+            if varied.index >= len(array):
+                raise ValueError(f"parameter {varied.name} has {len(array)} entries; there is no [{varied.index}]")
+            array[varied.index] = value
+    return scene.changed(changes)
+
+
+# The table ------------------------------------------------------------------------------------------------------------
+
+
+class Table:
+    """The CSV file: a comment that tells what was run, the names, and a row for each run, on the disk when it is done.
+
+    ``rows`` are those there, by their varied values as text; ``grid`` is all that are wanted. A last row that was cut
+    off is dropped. Raises ValueError for a file of another command, and for parameters that cannot be varied here.
+    """
+
+    def __init__(self, path: Path, problem: Problem, scene: Scene, variations: Sequence[Variation]):
+        self.path, self.variations = path, variations
+        columns = [varied.column for varied in variations]
+        if twice := [column for column in columns if columns.count(column) > 1]:
+            raise ValueError(f"--vary {twice[0]} is given twice; give all its values at once")
+        if problem.start is not None and any(column.startswith("initial.") for column in columns):
+            raise ValueError(
+                "--vary initial.*: the run starts from the recorded pose and twist; give --start scene, too"
+            )
+        count = np.prod([float(len(varied.values)) for varied in variations])
+        if count > MOST_RUNS:
+            raise ValueError(f"--vary asks for {count:g} runs; give fewer than {MOST_RUNS}")
+        self.grid = list(itertools.product(*(varied.values for varied in variations)))
+        self._columns = [*columns, *RESULTS]
+        self._about = {
+            "vary": [varied.text for varied in variations],
+            "bag": _digest(problem),
+            "scene": _digest(scene.values),
+            "version": __version__,
+            "kernels": compiled.sources_digest(),
+        }
+        self.rows: dict[tuple[str, ...], list[str]] = {}
+        if not path.absolute().parent.is_dir():
+            raise ValueError(f"--csv {path}: there is no such folder")
+        if path.exists() and path.stat().st_size:
+            self._read()
+        else:
+            self._write_lines([self._header(), _line(self._columns)], "w")
+
+    def missing(self) -> list[Values]:
+        """What is wanted and not there."""
+        return [values for values in self.grid if _key(values) not in self.rows]
+
+    def add(self, values: Values, results: dict[str, Any]) -> None:
+        """Keep a row: when this returns, it is on the disk."""
+        row = [*_key(values), *(_shown(results.get(name, "")) for name in RESULTS)]
+        self._write_lines([_line(row)], "a")
+        self.rows[_key(values)] = row
+
+    def _header(self) -> str:
+        return f"# {json.dumps(self._about)}\n"
+
+    def _read(self) -> None:
+        text = self.path.read_text(encoding="utf-8")
+        first = text.partition("\n")[0]
+        try:
+            found = json.loads(first.removeprefix("# "))
+            differing = [name for name in self._about if found.get(name) != self._about[name]]
+        except (AttributeError, ValueError):
+            raise ValueError(f"--csv {self.path}: is no table of runs; give a file that does not exist yet") from None
+        if differing:
+            raise ValueError(
+                f"--csv {self.path}: is of another command, with another {' and '.join(differing)}; give another file"
+            )
+        whole = text[: text.rfind("\n") + 1]
+        rows = list(csv.reader(io.StringIO(whole.partition("\n")[2])))[1:]
+        self.rows = {tuple(row[: len(self.variations)]): row for row in rows if len(row) == len(self._columns)}
+        lines = [self._header(), _line(self._columns), *map(_line, self.rows.values())]
+        if "".join(lines) != text:
+            replacement = self.path.with_name(f".{self.path.name}.new")
+            replacement.write_text("".join(lines), encoding="utf-8")
+            replacement.replace(self.path)
+
+    def _write_lines(self, lines: Sequence[str], mode: str) -> None:
+        with self.path.open(mode, encoding="utf-8") as file:
+            file.writelines(lines)
+            file.flush()
+            os.fsync(file.fileno())
+
+
+def _line(row: Sequence[str]) -> str:
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerow(row)
+    return text.getvalue()
+
+
+def _key(values: Values) -> tuple[str, ...]:
+    return tuple(map(_shown, values))
+
+
+def _shown(value: Any) -> str:
+    return repr(value) if isinstance(value, float) else " ".join(str(value).split())
+
+
+def _digest(content: Any) -> str:
+    """Of a problem, or of parameters: the same for the same content, on every run."""
+    digest = hashlib.sha256()
+    for name, value in sorted(vars(content).items() if isinstance(content, Problem) else content.items()):
+        digest.update(f"{name}:".encode())
+        if name not in ("notes",):
+            digest.update(_bytes(value))
+    return digest.hexdigest()[:16]
+
+
+def _bytes(value: Any) -> bytes:
+    if isinstance(value, np.ndarray):
+        return "\n".join(value).encode() if value.dtype == object else value.tobytes()
+    if hasattr(value, "__dict__"):
+        return b"".join(_bytes(part) for part in vars(value).values())
+    return repr(getattr(value, "values", value)).encode()
+
+
+# Running --------------------------------------------------------------------------------------------------------------
+
+
+def run(table: Table, problem: Problem, scene: Scene, runs: Runs) -> list[str]:
+    """Run what the table lacks, with a progress bar. Returns why runs were lost, for each that was."""
+    from tqdm import tqdm
+
+    missing, lost = table.missing(), []
+    with tqdm(total=len(table.grid), initial=len(table.rows), unit="run", file=sys.stderr, disable=None) as bar:
+        for values, results, why in runs((problem, scene, table.variations), missing) if missing else ():
+            if results is None:
+                lost.append(why)
+            else:
+                table.add(values, results)
+            bar.update()
+    return lost
+
+
+def one_run(work: Work, values: Values) -> dict[str, Any]:
+    """The results of one run; a sentence in place of them when it is refused or fails."""
+    _warm()
+    problem, scene, variations = work
+    try:
+        track = resimulating.run(problem, changed(scene, variations, values))
+    except (BagError, SimulationError, ValueError) as reason:
+        return {"refusal": str(reason)}
+    if problem.recorded is None:
+        return {"state": track.state}
+    return {**Comparison(problem.stamp_ns, problem.recorded, track.poses).figures(), "state": track.state}
+
+
+@functools.cache
+def _warm() -> None:
+    """Once a worker, before its first run: then no run waits for a compiler."""
+    load_kernels()
+
+
+_work: Work | None = None  # of a worker process
+
+
+def _begin(work: Work) -> None:
+    global _work
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the process that started this one
+    _work = work
+    _warm()
+
+
+def _one_run_here(values: Values) -> dict[str, Any]:
+    return one_run(_work, values)
+
+
+def processes(count: int) -> Runs:
+    """Runs in so many processes of this machine."""
+
+    def runs(work: Work, wanted: Sequence[Values]) -> Iterator[Outcome]:
+        pool = futures.ProcessPoolExecutor(min(count, len(wanted)), get_context("spawn"), _begin, (work,))
+        try:
+            running = {pool.submit(_one_run_here, values): values for values in wanted}
+            for future in futures.as_completed(running):
+                yield _outcome(future, running[future])
+        finally:
+            pool.shutdown(cancel_futures=True)
+
+    return runs
+
+
+def dask(address: str) -> Runs:
+    """Runs on the Dask cluster whose scheduler has that address. What a worker that dies had begun, others do again."""
+
+    def runs(work: Work, wanted: Sequence[Values]) -> Iterator[Outcome]:
+        with _client(address) as client:
+            from distributed import as_completed
+
+            # Data that is part of a task: unlike scattered data, the scheduler can have it made again.
+            warnings.filterwarnings("ignore", message="Sending large graph")
+            shared = client.submit(pickle.loads, pickle.dumps(work), pure=False)
+            running = {client.submit(one_run, shared, values, pure=False): values for values in wanted}
+            for future in as_completed(running):
+                yield _outcome(future, running[future])
+
+    return runs
+
+
+@contextlib.contextmanager
+def _client(address: str) -> Iterator[Any]:
+    """A client of the cluster, whose workers have been seen to have this very package."""
+    try:
+        from distributed import Client
+    except ImportError as reason:
+        raise ValueError(f"--dask needs the package distributed ({reason}); pip install rigid_body_sim[dask]") from None
+    try:
+        client = Client(address, timeout=CONNECT_WITHIN)
+    except (OSError, ValueError, TypeError) as reason:
+        raise ValueError(
+            f"--dask {address}: no scheduler answers there ({reason}); start one with `dask scheduler`"
+        ) from None
+    with client:
+        mine = about()
+        try:
+            theirs = client.run(about)
+        except Exception as reason:  # whatever importing the package raises there
+            raise ValueError(
+                f"--dask {address}: a worker cannot import this package ({reason}); install it there"
+            ) from None
+        if not theirs:
+            raise ValueError(f"--dask {address}: the cluster has no workers; start some with `dask worker {address}`")
+        if others := [worker for worker, its in theirs.items() if its != mine]:
+            raise ValueError(
+                f"--dask {address}: worker {others[0]} has {theirs[others[0]]}, here is {mine}; install the same"
+            )
+        yield client
+
+
+def about() -> str:
+    """What decides the bits of a result."""
+    return f"rigid_body_sim {__version__} with kernels {compiled.sources_digest()}"
+
+
+def _outcome(future: Any, values: Values) -> Outcome:
+    try:
+        return values, future.result(), ""
+    except Exception as reason:  # the run itself tells what it refuses: here its process or its machine has failed
+        return values, None, f"{type(reason).__name__}: {reason}"

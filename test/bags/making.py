@@ -1,0 +1,83 @@
+"""Bags made by rosbags for the tests, as other recorders make them."""
+
+import numpy as np
+from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
+from rosbags.typesys import Stores, get_typestore
+
+STORE = get_typestore(Stores.ROS2_JAZZY)
+T = STORE.types
+EPOCH_NS = 1_700_000_000_000_000_000
+
+
+def header(stamp_ns, frame_id):
+    return T["std_msgs/msg/Header"](T["builtin_interfaces/msg/Time"](*divmod(int(stamp_ns), 10**9)), frame_id)
+
+
+def vector(numbers):
+    return T["geometry_msgs/msg/Vector3"](*map(float, numbers))
+
+
+def wrench(numbers):
+    return T["geometry_msgs/msg/Wrench"](vector(numbers[:3]), vector(numbers[3:]))
+
+
+def wrench_stamped(stamp_ns, frame_id, numbers):
+    return T["geometry_msgs/msg/WrenchStamped"](header(stamp_ns, frame_id), wrench(numbers))
+
+
+def pose_stamped(stamp_ns, frame_id, numbers):
+    """``numbers``: position and quaternion w, x, y, z."""
+    w, x, y, z = map(float, numbers[3:7])
+    position = T["geometry_msgs/msg/Point"](*map(float, numbers[:3]))
+    pose = T["geometry_msgs/msg/Pose"](position, T["geometry_msgs/msg/Quaternion"](x, y, z, w))
+    return T["geometry_msgs/msg/PoseStamped"](header(stamp_ns, frame_id), pose)
+
+
+def twist_stamped(stamp_ns, frame_id, numbers):
+    twist = T["geometry_msgs/msg/Twist"](vector(numbers[:3]), vector(numbers[3:]))
+    return T["geometry_msgs/msg/TwistStamped"](header(stamp_ns, frame_id), twist)
+
+
+def text(data):
+    return T["std_msgs/msg/String"](data)
+
+
+def make(folder, messages, storage="mcap", packed=None, definitions=None):
+    """A bag at ``folder`` with ``messages``: (topic, time of receipt [ns], message or (its type, bytes)).
+
+    ``packed`` is None, "file" or "message"; ``definitions`` gives other texts for types than ROS 2 Jazzy has.
+    """
+    bag = Writer(folder, version=9, storage_plugin=StoragePlugin[storage.upper()])
+    if packed:
+        bag.set_compression(CompressionMode[packed.upper()], CompressionFormat.ZSTD)
+    bag.open()
+    connections = {}
+    for topic, receive_ns, message in messages:
+        kind, data = message if isinstance(message, tuple) else (message.__msgtype__, None)
+        if (topic, kind) not in connections:
+            known = {"typestore": STORE}
+            if kind in (definitions or {}):
+                known = {"msgdef": definitions[kind], "rihs01": "RIHS01_" + 64 * "0"}
+            connections[topic, kind] = bag.add_connection(topic, kind, **known)
+        data = STORE.serialize_cdr(message, kind) if data is None else data
+        bag.write(connections[topic, kind], int(receive_ns), bytes(data))
+    bag.close()
+    return folder
+
+
+def some_messages():
+    """A few of each kind, out of a random motion; the same every time."""
+    random = np.random.default_rng(6)
+    messages = []
+    for k in range(20):
+        now_ns = EPOCH_NS + k * 10_000_000
+        numbers = random.normal(size=7)
+        messages += [
+            ("/wrench", now_ns + 1, wrench_stamped(now_ns, ("base_link", "world", "größe")[k % 3], numbers)),
+            ("/raw", now_ns + 2, wrench(numbers)),
+            ("/pose", now_ns + 3, pose_stamped(now_ns, "world", numbers)),
+            ("/twist", now_ns + 4, twist_stamped(now_ns, "base_link", numbers)),
+            ("/rigid_body_node/journal", now_ns + 5, text(f'{{"k": {k}}}')),
+            ("/chatter", now_ns + 6, text("not read")),
+        ]
+    return messages

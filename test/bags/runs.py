@@ -1,0 +1,145 @@
+"""Runs as a node makes them and a recorder sees them, without either: what is in their bags is known to the bit."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from rigid_body_sim import Simulation
+from rigid_body_sim.bags import journal
+from rigid_body_sim.bags.journal import JournaledSimulation
+from rigid_body_sim.scene import commands
+
+from . import making
+
+LATENCY_NS = 200_000  # from the node to the recorder
+SCENE = {
+    "rate": 500.0,
+    "publish_rate": 50.0,
+    "wrench.timeout": 0.1,
+    "wrench.topics": ["wrench", "gust"],
+    "body.mass": 2.0,
+    "body.inertia": [0.1, 0.2, 0.25, 0.0, 0.0, 0.0],
+    "body.center_of_mass": [0.01, -0.02, 0.03],
+    "initial.orientation": [0.4, 0.2, -0.8, 0.4],
+    "initial.angular_velocity": [1.1, -2.0, 0.7],
+    "gravity": [0.0, 0.0, -9.80665],
+    "frames.hook.position": [0.1, 0.2, 0.3],
+    "frames.hook.axes": "world",
+}
+
+
+@dataclass
+class Send:
+    """A command: simulated time [ns] at which it reaches the node, topic, frame, and force and torque."""
+
+    at_ns: int
+    frame_id: str
+    numbers: tuple
+    topic: str = "/wrench"
+    stamp_ns: int | None = None  # in its header; None: as ``at_ns``
+    raw: bool = False  # a Wrench, which has no header
+
+
+def sends(scene, seconds, per_second=100.0, topic="/wrench", seed=3, frames=("base_link", "world", "hook", "")):
+    """Random commands in the middle of steps, so that small errors of time do not change their step."""
+    random = np.random.default_rng(seed)
+    rate = scene["rate"]
+    steps = np.unique(random.integers(0, int(seconds * rate), int(seconds * per_second)))
+    return [
+        Send(round((k + 0.5) * 1e9 / rate), frames[i % len(frames)], tuple(random.normal(size=6).tolist()), topic)
+        for i, k in enumerate(steps.tolist())
+    ]
+
+
+def hold(simulation, scene, send):
+    """As the node does."""
+    meaning = commands.meaning("" if send.raw else send.frame_id, scene, "wrench")
+    wrench = commands.make_wrench(meaning, send.numbers[:3], send.numbers[3:], "wrench", limit(scene))
+    simulation.set_wrench(wrench, scene["wrench.timeout"] or None, send.topic)
+
+
+def limit(scene):
+    most = [scene[f"wrench.max_{what}"] or np.inf for what in ("force", "torque")]
+    return lambda f, t: (commands.scaled_down(f, most[0]), commands.scaled_down(t, most[1]))
+
+
+def message(send, epoch_ns):
+    if send.raw:
+        return making.wrench(send.numbers)
+    stamp_ns = epoch_ns + send.at_ns if send.stamp_ns is None else send.stamp_ns
+    return making.wrench_stamped(stamp_ns, send.frame_id, send.numbers)
+
+
+def outputs(scene, simulation, epoch_ns, receive_ns):
+    """Pose and twist of the present step, as the node sends them."""
+    motion, stamp_ns = simulation.motion, epoch_ns + simulation.time_ns
+    body = scene["twist_frame"] == "body"
+    frame, twist = (scene["body.frame_id"], motion[13:19]) if body else (scene["world_frame_id"], motion[7:13])
+    return [
+        ("/pose", receive_ns, making.pose_stamped(stamp_ns, scene["world_frame_id"], motion[:7])),
+        ("/twist", receive_ns + 1, making.twist_stamped(stamp_ns, frame, twist)),
+    ]
+
+
+def in_real_time(scene, given, seconds, *, lag_ns=0, factor=1.0, epoch_ns=making.EPOCH_NS):
+    """What a recorder has of a run in real time, whose simulated time begins ``lag_ns`` after its epoch."""
+
+    def wall(simulated_ns):
+        return epoch_ns + lag_ns + round(simulated_ns / factor) + LATENCY_NS
+
+    simulation, messages = Simulation.from_scene(scene), []
+    waiting = sorted(given, key=lambda send: send.at_ns)
+    for step in range(int(seconds * scene["rate"]) + 1):
+        simulation.step(step - simulation.steps)
+        if step % scene.steps_per_publish == 0:
+            messages += outputs(scene, simulation, epoch_ns, wall(simulation.time_ns))
+        end_ns = (step + 1) * 1e9 / scene["rate"]
+        while waiting and waiting[0].at_ns < end_ns:
+            send = waiting.pop(0)
+            hold(simulation, scene, send)
+            messages.append((send.topic, wall(send.at_ns), message(send, epoch_ns)))
+    return sorted(messages, key=lambda entry: entry[1])
+
+
+def in_lockstep(scene, given):
+    """The same in lockstep, the commands in the given order; a refused one advances nothing."""
+    simulation, now_ns = Simulation.from_scene(scene), making.EPOCH_NS
+    messages = outputs(scene, simulation, 0, now_ns)
+    for send in given:
+        now_ns += 1_000_000
+        messages.append((send.topic, now_ns, message(send, 0)))
+        try:
+            hold(simulation, scene, send)
+        except commands.RefusedError:
+            continue
+        if send.topic == "/wrench":
+            simulation.step(scene["steps_per_command"])
+            messages += outputs(scene, simulation, 0, now_ns + 300_000)
+    return messages
+
+
+def with_journal(scene, given, seconds, also=()):
+    """What the node's own recorder has of a run in real time: the same, with its journal in place of the commands.
+
+    ``also`` are calls at other times [ns]: (time, function of the simulation).
+    """
+    simulation, messages, now_ns = JournaledSimulation.from_scene(scene), [], making.EPOCH_NS + 7
+
+    def note(step, call, values):
+        nonlocal now_ns
+        now_ns += 1
+        messages.append(("/node/journal", now_ns, making.text(journal.text(now_ns, step, call, values))))
+
+    note(0, journal.SCENE, journal.scene_values(scene, making.EPOCH_NS))
+    simulation.journal = note
+    calls = [(send.at_ns, lambda simulation, send=send: hold(simulation, scene, send)) for send in given]
+    calls = sorted([*calls, *also], key=lambda entry: entry[0])
+    for step in range(int(seconds * scene["rate"]) + 1):
+        if step:
+            simulation.step()
+        if step % scene.steps_per_publish == 0:
+            messages += outputs(scene, simulation, making.EPOCH_NS, now_ns + 1)
+            now_ns += 2
+        while calls and calls[0][0] < (step + 1) * 1e9 / scene["rate"]:
+            calls.pop(0)[1](simulation)
+    return messages

@@ -1,0 +1,464 @@
+"""Runs known to the bit are simulated again from their bags: to the bit where the bag has all that decides them."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.testing import assert_array_equal
+
+pytest.importorskip("rosbags")
+
+from rigid_body_sim import Body, Scene, State, Wrench
+from rigid_body_sim.bags import problem as problems
+from rigid_body_sim.bags import resimulating, timing
+from rigid_body_sim.bags.comparison import Comparison
+from rigid_body_sim.bags.library import BagError
+from rigid_body_sim.bags.problem import BAG, SCENE, Choices
+from rigid_body_sim.bags.reading import read
+
+from . import making, runs
+
+BASE = Scene(runs.SCENE)
+SECONDS = 2.0
+
+
+def again(folder, messages, scene=BASE, storage="mcap", **choices):
+    """The comparison with what was recorded, the problem and the track."""
+    recording = read(making.make(folder / "bag", messages, storage))
+    problem = problems.prepare(recording, scene, Choices(**choices))
+    track = resimulating.run(problem, scene)
+    return Comparison(problem.stamp_ns, problem.recorded, track.poses), problem, track
+
+
+def said(problem):
+    return " ".join(problem.notes)
+
+
+def assert_equal_to_the_bit(comparison, count=None):
+    assert comparison.first_unequal is None
+    assert len(comparison.recorded) == (count or int(SECONDS * BASE["publish_rate"]) + 1)
+    assert np.abs(np.diff(comparison.recorded, axis=0)).max() > 1e-3  # something moves
+
+
+# By times ---------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("storage", ("mcap", "sqlite3"))
+def test_stamps_in_headers_on_the_clock_of_the_poses(tmp_path, storage):
+    """As from controllers that use the time of /clock: the recorder's clock says something else."""
+    messages = runs.in_real_time(BASE, runs.sends(BASE, SECONDS), SECONDS, factor=3.0, lag_ns=10**12)
+    comparison, problem, track = again(tmp_path, messages, storage=storage)
+    assert_equal_to_the_bit(comparison)
+    assert "Commands on /wrench take effect at the stamps in their headers." in said(problem)
+    assert "Starts from the scene's initial state" in said(problem)
+    assert track.refused == 0 and track.steps == 1000
+
+
+@pytest.mark.parametrize("factor", (1.0, 0.3, 20.0))
+@pytest.mark.parametrize("lag_ns", (0, 123_456_789))
+def test_times_of_receipt(tmp_path, factor, lag_ns):
+    """Of raw wrenches, which have no other; the node's simulated time begins late and has a pace of its own."""
+    given = [replace(send, raw=True) for send in runs.sends(BASE, SECONDS)]
+    messages = runs.in_real_time(BASE, given, SECONDS, factor=factor, lag_ns=lag_ns)
+    comparison, problem, _ = again(tmp_path, messages)
+    assert_equal_to_the_bit(comparison)
+    assert "take effect at the times of receipt (not every header has a stamp)" in said(problem)
+
+
+def test_headers_without_stamps_count_as_none(tmp_path):
+    given = [replace(send, stamp_ns=0) for send in runs.sends(BASE, SECONDS)]
+    comparison, problem, _ = again(tmp_path, runs.in_real_time(BASE, given, SECONDS, lag_ns=10**8))
+    assert_equal_to_the_bit(comparison)
+    assert "take effect at the times of receipt" in said(problem)
+
+
+def test_stamps_of_the_recorders_clock_are_carried_over(tmp_path):
+    """The node's simulated time began 0.15 s after its epoch, so the same moment has two times."""
+    lag_ns = 150_000_000
+    given = runs.sends(BASE, SECONDS)
+    given = [replace(send, stamp_ns=making.EPOCH_NS + lag_ns + send.at_ns) for send in given]
+    comparison, problem, _ = again(tmp_path, runs.in_real_time(BASE, given, SECONDS, lag_ns=lag_ns))
+    assert_equal_to_the_bit(comparison)
+    assert "the stamps in their headers, which are of the recorder's clock" in said(problem)
+
+
+def test_answers_that_carry_the_stamp_of_their_pose(tmp_path):
+    """That is not when they reach the node, which is some steps later."""
+    random, poses_ns = np.random.default_rng(5), 20_000_000 * np.arange(100)
+    given = [
+        runs.Send(
+            stamp_ns + 1_000_000 + 2_000_000 * int(random.integers(5)),
+            "base_link",
+            tuple(random.normal(size=6).tolist()),
+            stamp_ns=making.EPOCH_NS + stamp_ns,
+        )
+        for stamp_ns in poses_ns.tolist()
+    ]
+    comparison, problem, _ = again(tmp_path, runs.in_real_time(BASE, given, SECONDS, lag_ns=4 * 10**8))
+    assert_equal_to_the_bit(comparison)
+    assert "the times of receipt (their headers repeat the stamps of the poses they answer)" in said(problem)
+
+
+def test_stamps_of_another_day_count_as_none(tmp_path):
+    given = [replace(send, stamp_ns=making.EPOCH_NS + send.at_ns + 86400 * 10**9) for send in runs.sends(BASE, SECONDS)]
+    messages = runs.in_real_time(BASE, given, SECONDS)
+    comparison, problem, _ = again(tmp_path, messages)
+    assert_equal_to_the_bit(comparison)
+    assert "the times of receipt (the stamps in their headers are of another time)" in said(problem)
+
+
+def test_what_is_asked_for_decides(tmp_path):
+    given = [replace(send, stamp_ns=making.EPOCH_NS + send.at_ns + 40_000_000) for send in runs.sends(BASE, SECONDS)]
+    messages = runs.in_real_time(BASE, given, SECONDS)
+    comparison, _, _ = again(tmp_path, messages, times=timing.HEADER)
+    assert comparison.first_unequal is not None
+    (tmp_path / "other").mkdir()
+    assert_equal_to_the_bit(again(tmp_path / "other", messages, times=timing.RECEIVE)[0])
+
+
+def test_rate_whose_period_is_no_whole_number_of_nanoseconds(tmp_path):
+    scene = BASE.changed({"rate": 300.0, "publish_rate": 60.0})
+    messages = runs.in_real_time(scene, runs.sends(scene, 30.0), 30.0)
+    assert_equal_to_the_bit(again(tmp_path, messages, scene)[0], 1801)
+
+
+def test_several_topics_add_up_and_limits_hold(tmp_path):
+    scene = BASE.changed({"wrench.max_force": 1.5, "wrench.max_torque": 0.7, "twist_frame": "world"})
+    given = runs.sends(scene, SECONDS) + runs.sends(scene, SECONDS, 20.0, "/gust", seed=4, frames=("world",))
+    comparison, problem, _ = again(tmp_path, runs.in_real_time(scene, given, SECONDS), scene)
+    assert_equal_to_the_bit(comparison)
+    assert problem.commands.topics == ("/wrench", "/gust")
+
+
+def test_commands_that_are_refused_are_left_out(tmp_path):
+    given = runs.sends(BASE, SECONDS)
+    messages = runs.in_real_time(BASE, given, SECONDS)
+    bad = [
+        runs.Send(501_000_000, "base_link", (np.nan, 0, 0, 0, 0, 0)),
+        runs.Send(701_000_000, "map", (9.0, 0, 0, 0, 0, 0)),
+    ]
+    messages += [("/wrench", making.EPOCH_NS + send.at_ns, runs.message(send, making.EPOCH_NS)) for send in bad]
+    comparison, _, track = again(tmp_path, sorted(messages, key=lambda entry: entry[1]))
+    assert_equal_to_the_bit(comparison)
+    assert track.refused == 2 and "nan" in track.reason
+
+
+def test_none_of_the_commands_can_be_used(tmp_path):
+    messages = runs.in_real_time(BASE, runs.sends(BASE, SECONDS), SECONDS)
+    with pytest.raises(
+        BagError, match=r"none of the \d+ commands can be used: wrench in frame 'base_link' refused: send"
+    ):
+        scene = BASE.changed({"body.frame_id": "rocket", "world_frame_id": "world", "frames.hook.axes": "world"})
+        only = [entry for entry in messages if entry[0] != "/wrench" or entry[2].header.frame_id == "base_link"]
+        again(tmp_path, only, scene, start=SCENE)
+
+
+# What is odd in a bag ---------------------------------------------------------------------------------------------
+
+
+def test_poses_missing_repeated_and_out_of_order(tmp_path):
+    messages = runs.in_real_time(BASE, runs.sends(BASE, SECONDS), SECONDS)
+    at = [i for i, entry in enumerate(messages) if entry[0] == "/pose"]
+    messages[at[10]], messages[at[11]] = (
+        (*messages[at[10]][:2], messages[at[11]][2]),
+        (*messages[at[11]][:2], messages[at[10]][2]),
+    )
+    messages = [entry for i, entry in enumerate(messages) if i not in at[40:46]]
+    messages.insert(at[20], messages[at[20]])
+    comparison, problem, _ = again(tmp_path, messages)
+    left = sum(entry[0] == "/pose" for entry in messages) - 1
+    assert_equal_to_the_bit(comparison, left)
+    assert "Stamps of /pose: 1 out of order (put in order), 1 with the time of another" in said(problem)
+    assert "1 gap of more than 0.05 s, the longest" in said(problem)
+
+
+def test_commands_out_of_order_are_put_in_order(tmp_path):
+    messages = runs.in_real_time(BASE, runs.sends(BASE, SECONDS), SECONDS, lag_ns=10**11)
+    at = [i for i, entry in enumerate(messages) if entry[0] == "/wrench"]
+    first, second = messages[at[30]], messages[at[31]]
+    messages[at[30]], messages[at[31]] = (*first[:2], second[2]), (*second[:2], first[2])
+    comparison, problem, _ = again(tmp_path, messages)
+    assert_equal_to_the_bit(comparison)
+    assert "Times of /wrench: 1 out of order" in said(problem)
+
+
+def test_poses_between_two_steps_are_compared_at_the_nearest(tmp_path):
+    """As of a camera with a clock of its own."""
+    messages = runs.in_real_time(BASE, runs.sends(BASE, SECONDS), SECONDS)
+    moved = []
+    for i, (topic, receive_ns, message) in enumerate(messages):
+        if topic == "/pose" and i > 5:
+            message = making.pose_stamped(making.EPOCH_NS + i * 10_100_000, "world", range(7))
+        moved.append((topic, receive_ns, message))
+    comparison, problem, track = again(tmp_path, moved, times=timing.HEADER)
+    assert "poses lie between two steps, by up to 0.00" in said(problem)
+    last = round((problem.stamp_ns[-1] - problem.epoch_ns) * 5e-7)
+    assert track.steps == last and len(comparison.recorded) == 101
+
+
+def test_time_that_was_set_back_is_refused(tmp_path):
+    first = runs.in_real_time(BASE, runs.sends(BASE, SECONDS), SECONDS)
+    later = [(topic, receive_ns + 3 * 10**9, message) for topic, receive_ns, message in first]
+    with pytest.raises(
+        BagError, match=r"bag: the stamps of /pose go backwards by 2 s at message 102: time was set back"
+    ):
+        again(tmp_path, first + later)
+
+
+def test_bag_that_begins_late(tmp_path):
+    messages = [
+        entry
+        for entry in runs.in_real_time(BASE, runs.sends(BASE, SECONDS), SECONDS)
+        if entry[1] > making.EPOCH_NS + 0.605e9
+    ]
+    comparison, problem, _ = again(tmp_path, messages)
+    assert "the bag begins after the scene's initial state" in said(problem)
+    assert "Starts from the recorded pose and twist stamped 1700000000.620000000 s" in said(problem)
+    assert len(comparison.recorded) == 70
+    # The command held at its first pose is in it, and held for what is left of its time.
+    assert comparison.position_error.max() < 1e-13  # measured 3.9e-15
+    assert comparison.attitude_error.max() < 1e-13  # measured 4.2e-16
+
+
+def test_bag_that_begins_late_is_followed_to_round_off(tmp_path):
+    """Where the wrench held at its beginning is in it: it came between the last pose that is not, and the first."""
+    given = [send for send in runs.sends(BASE, SECONDS) if not 0.4e9 < send.at_ns < 0.601e9]
+    given.append(runs.Send(605_000_000, "world", (1.0, 2.0, 3.0, 0.1, 0.2, 0.3)))
+    messages = [e for e in runs.in_real_time(BASE, given, SECONDS) if e[1] > making.EPOCH_NS + 0.604e9]
+    for scene in (BASE, BASE.changed({"twist_frame": "world"})):
+        (tmp_path / scene["twist_frame"]).mkdir()
+        comparison, _, _ = again(tmp_path / scene["twist_frame"], messages, scene)
+        assert comparison.position_error.max() < 1e-13  # measured 3.7e-15
+        assert comparison.attitude_error.max() < 1e-13  # measured 6.1e-16
+
+
+def test_state_to_start_from_can_be_chosen(tmp_path):
+    messages = runs.in_real_time(BASE, runs.sends(BASE, SECONDS), SECONDS)
+    scene = BASE.changed({"initial.angular_velocity": [0.0, 0.0, 0.0]})
+    comparison, problem, _ = again(tmp_path, messages, scene, start=BAG)
+    assert "as asked for" in said(problem)
+    assert comparison.attitude_error.max() < 1e-13  # measured 9.9e-16
+    assert isinstance(problem.start, State)
+    (tmp_path / "scene").mkdir()
+    comparison, problem, _ = again(tmp_path / "scene", messages, scene, start=SCENE)
+    assert problem.start is None and comparison.attitude_error.max() > 1.0
+
+
+def test_late_beginning_without_twists_is_refused(tmp_path):
+    messages = [e for e in runs.in_real_time(BASE, runs.sends(BASE, SECONDS), SECONDS) if e[0] != "/twist"]
+    assert_equal_to_the_bit(again(tmp_path, messages)[0])
+    (tmp_path / "late").mkdir()
+    with pytest.raises(BagError, match="begins after the start, and no twist of the body tells the velocities"):
+        again(tmp_path / "late", messages[50:])
+
+
+# Lockstep -----------------------------------------------------------------------------------------------------------
+
+LOCKSTEP = BASE.changed({"lockstep": True, "steps_per_command": 5, "publish_rate": 100.0})
+
+
+def lockstep_sends():
+    random = np.random.default_rng(8)
+    given = []
+    for k in range(150):
+        numbers = tuple(random.normal(size=6).tolist())
+        given.append(runs.Send(0, "base_link", numbers, stamp_ns=0))
+        if k % 10 == 3:
+            given.append(runs.Send(0, "world", numbers, "/gust", stamp_ns=0))
+        if k % 50 == 7:
+            given.append(runs.Send(0, "nowhere", numbers, stamp_ns=0))
+    return given
+
+
+@pytest.mark.parametrize("first", (0, 2), ids=("from the initial pose", "from the first answer"))
+def test_lockstep_is_equal_to_the_bit(tmp_path, first):
+    messages = runs.in_lockstep(LOCKSTEP, lockstep_sends())
+    comparison, problem, track = again(tmp_path, messages[first:], LOCKSTEP)
+    assert_equal_to_the_bit(comparison, 151 - bool(first))
+    assert "Lockstep: each command on /wrench advances the simulation by 5 steps" in said(problem)
+    assert track.refused == 3 and problem.start is None
+
+
+def test_lockstep_that_begins_late_starts_from_the_bag(tmp_path):
+    messages = runs.in_lockstep(LOCKSTEP, [replace(send, topic="/wrench") for send in lockstep_sends()])
+    at = [i for i, entry in enumerate(messages) if entry[0] == "/pose"]
+    comparison, problem, _ = again(tmp_path, messages[at[60] :], LOCKSTEP)
+    assert problem.start is not None
+    assert comparison.attitude_error.max() < 1e-13  # measured 2.9e-16
+    assert comparison.position_error.max() < 1e-13  # measured 1.9e-15
+
+
+def test_lockstep_with_a_command_missing_in_the_bag(tmp_path):
+    messages = runs.in_lockstep(LOCKSTEP, lockstep_sends())
+    del messages[next(i for i, entry in enumerate(messages) if i > 100 and entry[0] == "/wrench")]
+    with pytest.raises(BagError, match="the commands lead to step 745, but the poses go on to step 750"):
+        again(tmp_path, messages, LOCKSTEP)
+
+
+# By the journal -----------------------------------------------------------------------------------------------------
+
+
+EVENTS = (
+    (301_000_000, lambda simulation: simulation.apply_impulse(Wrench(force_world=(1.0, 2.0, 3.0)))),
+    (502_000_000, lambda simulation: simulation.set_state(State(position=(1.0, 2.0, 3.0), orientation=(1, 2, 3, 4)))),
+    (703_000_000, lambda simulation: simulation.change(body=Body(3.0, (0.2, 0.2, 0.3)))),
+    (904_000_000, lambda simulation: simulation.clear_wrench()),
+    (1_105_000_000, lambda simulation: simulation.reset(keep_time=True)),
+    (1_306_000_000, lambda simulation: simulation.reset()),
+)
+
+
+def test_journal_is_repeated_to_the_bit(tmp_path):
+    """With time set back, which no bag without a journal may have."""
+    given = runs.sends(BASE, SECONDS) + runs.sends(BASE, SECONDS, 20.0, "/gust", seed=4)
+    messages = runs.with_journal(BASE, given, SECONDS, EVENTS)
+    recording = read(making.make(tmp_path / "bag", messages))
+    scene = problems.scene_of(recording)
+    problem = problems.prepare(recording, scene)
+    track = resimulating.run(problem, scene)
+    comparison = Comparison(problem.stamp_ns, problem.recorded, track.poses)
+    assert_equal_to_the_bit(comparison, len(problem.stamp_ns))
+    assert len(problem.stamp_ns) > 90 and (np.diff(problem.stamp_ns) < 0).any()
+    assert problem.notes == (
+        "Simulated by the node's own journal: each command takes effect at the step at which it did.",
+    )
+
+
+def test_journal_with_another_scene_leads_elsewhere(tmp_path):
+    messages = runs.with_journal(BASE, runs.sends(BASE, SECONDS), SECONDS)
+    comparison, _, _ = again(tmp_path, messages, BASE.changed({"body.mass": 2.1}))
+    assert comparison.attitude_error.max() < 1e-13  # by the same torques; measured 0
+    assert comparison.position_error.max() > 1e-3
+
+
+def test_journal_of_other_kernels_says_so(tmp_path, monkeypatch):
+    messages = runs.with_journal(BASE, runs.sends(BASE, SECONDS), SECONDS)
+    monkeypatch.setattr(problems, "sources_digest", lambda: "others")
+    _, problem, _ = again(tmp_path, messages)
+    assert "with other kernels: the last digits may differ" in said(problem)
+
+
+def test_journal_without_poses_is_refused(tmp_path):
+    messages = [e for e in runs.with_journal(BASE, runs.sends(BASE, SECONDS), SECONDS) if e[0] != "/pose"]
+    with pytest.raises(BagError, match="has a journal, but no pose to compare with"):
+        again(tmp_path, messages)
+
+
+# Topics -------------------------------------------------------------------------------------------------------------
+
+
+def renamed(messages, **names):
+    return [(names.get(topic[1:], topic), receive_ns, message) for topic, receive_ns, message in messages]
+
+
+def test_topics_of_any_name_and_namespace(tmp_path):
+    messages = runs.in_real_time(BASE, runs.sends(BASE, SECONDS), SECONDS)
+    names = {"wrench": "/robot/cmd", "pose": "/robot/where", "twist": "/robot/how"}
+    comparison, problem, _ = again(tmp_path, renamed(messages, **names))
+    assert_equal_to_the_bit(comparison)
+    assert (problem.commands.topics, problem.pose_topic, problem.twist_topic) == (
+        ("/robot/cmd",),
+        "/robot/where",
+        "/robot/how",
+    )
+
+
+def test_topics_of_the_node_beside_others_of_their_type(tmp_path):
+    messages = runs.in_real_time(BASE, runs.sends(BASE, SECONDS), SECONDS)
+    names = {"wrench": "/ns/wrench", "pose": "/ns/pose", "twist": "/ns/twist"}
+    others = [
+        ("/ns/wrench_applied", making.EPOCH_NS, making.wrench_stamped(1, "base_link", range(6))),
+        ("/ns/impulse", making.EPOCH_NS, making.wrench_stamped(1, "base_link", range(6))),
+        ("/ns/set_pose", making.EPOCH_NS, making.pose_stamped(1, "world", range(7))),
+        ("/goal", making.EPOCH_NS, making.pose_stamped(1, "map", range(7))),
+        ("/ns/set_twist", making.EPOCH_NS, making.twist_stamped(1, "world", range(6))),
+    ]
+    comparison, problem, _ = again(tmp_path, others + renamed(messages, **names))
+    assert_equal_to_the_bit(comparison)
+    assert problem.twist_topic == "/ns/twist"
+    for topic in ("/ns/impulse", "/ns/set_pose", "/ns/set_twist"):
+        assert topic in said(problem)
+    assert "only a journal tells" in said(problem)
+
+
+@pytest.mark.parametrize(
+    ("names", "choices", "what"),
+    [
+        ({"wrench": "/a"}, {"topics": ("b",)}, "has no topic b; it has /a, /pose, /twist"),
+        ({}, {"topics": ("pose",)}, "topic /pose is of type geometry_msgs/msg/PoseStamped; give one of type geometry"),
+        ({}, {"pose": "/twist"}, "topic /twist is of type geometry_msgs/msg/TwistStamped"),
+        ({"wrench": "/impulse"}, {}, "has no topic of type geometry_msgs/WrenchStamped or Wrench with commands"),
+    ],
+)
+def test_topics_that_cannot_be(tmp_path, names, choices, what):
+    messages = renamed(runs.in_real_time(BASE, runs.sends(BASE, 0.2), 0.2), **names)
+    with pytest.raises(BagError, match=what):
+        again(tmp_path, messages, **choices)
+
+
+def test_several_topics_and_no_telling_which(tmp_path):
+    messages = runs.in_real_time(BASE, runs.sends(BASE, SECONDS), SECONDS)
+    one = renamed(messages, wrench="/one")
+    both = sorted(one + [("/two", *entry[1:]) for entry in one if entry[0] == "/one"], key=lambda entry: entry[1])
+    with pytest.raises(BagError, match=r"several topics of type .*: /one, /two; choose with --topic"):
+        again(tmp_path, both)
+    (tmp_path / "chosen").mkdir()
+    assert_equal_to_the_bit(again(tmp_path / "chosen", both, topics=("/two",))[0])
+
+
+def test_bag_with_two_robots(tmp_path):
+    """Names of the scene that two namespaces have are no names."""
+    messages = runs.in_real_time(BASE, runs.sends(BASE, SECONDS), SECONDS)
+    both = [(f"/{robot}{topic}", receive_ns, message) for topic, receive_ns, message in messages for robot in "ab"]
+    with pytest.raises(BagError, match=r"several topics of type .*PoseStamped: /a/pose, /b/pose; choose the body's in"):
+        again(tmp_path, both)
+    (tmp_path / "pose").mkdir()
+    with pytest.raises(BagError, match=r"several topics of type .*: /a/wrench, /b/wrench; choose with --topic"):
+        again(tmp_path / "pose", both, pose="a/pose")
+    (tmp_path / "both").mkdir()
+    comparison, problem, _ = again(tmp_path / "both", both, pose="a/pose", topics=("a/wrench",))
+    assert_equal_to_the_bit(comparison)
+    assert problem.twist_topic == "/a/twist"
+
+
+def test_poses_in_another_frame_than_the_scenes(tmp_path):
+    messages = runs.in_real_time(BASE, runs.sends(BASE, 0.2), 0.2)
+    with pytest.raises(BagError, match="/pose is in frame 'world', the scene's world is 'map'"):
+        again(tmp_path, messages, BASE.changed({"world_frame_id": "map"}))
+
+
+def test_commands_alone(tmp_path):
+    """Poses come as the scene publishes them, from the first command to the end of the last one's step."""
+    messages = [e for e in runs.in_real_time(BASE, runs.sends(BASE, SECONDS), SECONDS) if e[0] == "/wrench"]
+    recording = read(making.make(tmp_path / "bag", messages))
+    problem = problems.prepare(recording, BASE)
+    track = resimulating.run(problem, BASE)
+    assert problem.recorded is None and np.isfinite(track.motion).all()
+    assert_array_equal(np.diff(problem.stamp_ns), 20_000_000)
+    assert problem.stamp_ns[-1] >= messages[-1][1] - runs.LATENCY_NS > problem.stamp_ns[-2] - 20_000_000
+
+
+def test_commands_alone_that_do_not_tell_enough(tmp_path):
+    messages = [e for e in runs.in_real_time(BASE, runs.sends(BASE, SECONDS), SECONDS) if e[0] == "/wrench"]
+    recording = read(making.make(tmp_path / "bag", messages))
+    with pytest.raises(BagError, match="has no poses, which lockstep needs; record pose and twist, too"):
+        problems.prepare(recording, LOCKSTEP)
+    with pytest.raises(BagError, match="has no poses, which --start bag needs"):
+        problems.prepare(recording, BASE, Choices(start=BAG))
+    later = ("/wrench", messages[-1][1] + 10**17, runs.message(runs.Send(10**17, "world", (0.0,) * 6), making.EPOCH_NS))
+    recording = read(making.make(tmp_path / "years", [*messages, later]))
+    with pytest.raises(BagError, match=r"its commands span 5e\+09 poses at this publish_rate; give a lower one"):
+        problems.prepare(recording, BASE)
+
+
+# Errors -------------------------------------------------------------------------------------------------------------
+
+
+def test_angles_are_exact_when_small_and_do_not_see_the_sign():
+    angle = np.array([0.0, 1e-15, 1e-9, 0.3, 3.0])
+    turned = np.stack([np.cos(angle / 2), 0 * angle, np.sin(angle / 2), 0 * angle], axis=1)
+    still = np.array([[1.0, 0.0, 0.0, 0.0]] * 5)
+    from rigid_body_sim.bags.comparison import angles
+
+    for sign in (1.0, -1.0):
+        np.testing.assert_allclose(angles(still, sign * turned), angle, rtol=1e-15)  # measured 0
