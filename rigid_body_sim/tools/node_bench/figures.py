@@ -288,18 +288,23 @@ def command(seconds: float) -> Iterator[Figure]:
 
 
 def start(seconds: float) -> Iterator[Figure]:
-    """From the start of the process to the first pose heard, with compiled kernels in the cache."""
+    """From the start of the process until it can publish, and to the first pose heard; compiled kernels are cached."""
     with node_under_test({}) as node:  # fills the cache where it is empty
         node.serve_until(lambda: node.ear.poses, CONNECTED_WITHIN, "pose")
-    taken, used = [], []
+    ready, heard, used = [], [], []
     end = time.monotonic() + seconds / 3
-    while len(taken) < 3 or (time.monotonic() < end and len(taken) < 9):
+    while len(ready) < 3 or (time.monotonic() < end and len(ready) < 9):
         with node_under_test({}) as node:
-            node.serve_until(lambda node=node: node.ear.poses, CONNECTED_WITHIN, "pose")
-            taken.append(time.monotonic() - node.began)
+            node.serve_until(lambda node=node: "ready: " in node.process.said(), CONNECTED_WITHIN, "readiness")
+            ready.append(time.monotonic() - node.began)
             used.append(node.cpu_seconds())
-    yield Figure.median("start to first pose, warm cache", taken, "s", f"{len(taken)} starts", (BELOW, 2.0))
-    yield Figure.median("start to first pose, warm cache, CPU", used, "s", "which a busy machine does not change")
+            node.serve_until(lambda node=node: node.ear.poses, CONNECTED_WITHIN, "pose")
+            heard.append(time.monotonic() - node.began)
+    how = f"{len(ready)} starts, until the node says that it is ready"
+    yield Figure.median("start to the first pose published, warm cache", ready, "s", how, (BELOW, 2.0))
+    how = "the same starts; a Fast DDS participant may learn of another only when that announces itself, every 3 s"
+    yield Figure.median("start to the first pose heard, warm cache", heard, "s", how)
+    yield Figure.median("start to the first pose published, CPU", used, "s", "which a busy machine does not change")
 
 
 def cold_start(_: float) -> Iterator[Figure]:
