@@ -35,9 +35,10 @@ report: $(READY) ## measure error against run time and draw it, into rigid_body_
 docs: $(READY) ## write the tables in docs/ anew from the code
 	@$(VENV)/bin/python -m rigid_body_sim.tools.doc_tables
 
-lint: $(LINT)/.ready ## check format, style, spelling, YAML and XML
+lint: $(LINT)/.ready ## check format, style, types, spelling, YAML and XML
 	$(LINT)/bin/ruff format --check .
 	$(LINT)/bin/ruff check .
+	$(LINT)/bin/mypy
 	$(LINT)/bin/codespell
 	$(LINT)/bin/check-yaml .pre-commit-config.yaml $(wildcard config/*.yaml)
 	$(LINT)/bin/check-xml package.xml $(wildcard config/*.xml launch/*.xml)
@@ -49,7 +50,7 @@ build: $(COLCON)/.ready ## build with colcon, into build/colcon
 venv: $(READY) ## set up .venv
 
 clean: ## remove everything that make made
-	rm -rf $(VENV) $(LINT) $(COLCON) build dist *.egg-info .pytest_cache .ruff_cache .hypothesis
+	rm -rf $(VENV) $(LINT) $(COLCON) build dist *.egg-info .pytest_cache .ruff_cache .mypy_cache .hypothesis
 	find rigid_body_sim test -name __pycache__ -prune -exec rm -rf {} +
 
 define check_python

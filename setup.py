@@ -23,7 +23,7 @@ setup(
     maintainer="rigid_body_sim maintainers",
     maintainer_email="maintainers@example.org",
     packages=find_packages(exclude=["test", "test.*"]),
-    package_data={f"{package_name}.report": ["page.css", "page.js", "reference/*.json"]},
+    package_data={package_name: ["py.typed"], f"{package_name}.report": ["page.css", "page.js", "reference/*.json"]},
     data_files=data_files,
     zip_safe=True,
     python_requires=">=3.10",

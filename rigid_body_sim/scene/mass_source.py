@@ -47,7 +47,7 @@ def resolve(values: Mapping[str, Any], given: Mapping[str, Any], folder: str | o
 
 
 def _followed(source: str, values: Mapping[str, Any], properties: MassProperties) -> dict[str, Any]:
-    found = {"body.inertia": tuple(properties.body().inertia_entries.tolist())}
+    found: dict[str, Any] = {"body.inertia": tuple(properties.body().inertia_entries.tolist())}
     if source == "body.urdf_file" or values["body.density"]:
         found["body.mass"] = properties.mass
     if source != "body.shape":
