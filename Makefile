@@ -41,7 +41,7 @@ lint: $(LINT)/.ready ## check format, style, types, spelling, YAML and XML
 	$(LINT)/bin/mypy
 	$(LINT)/bin/codespell
 	$(LINT)/bin/check-yaml .pre-commit-config.yaml $(wildcard config/*.yaml)
-	$(LINT)/bin/check-xml package.xml $(wildcard config/*.xml launch/*.xml)
+	$(LINT)/bin/check-xml package.xml $(wildcard config/*.xml launch/*.xml security/*.xml)
 
 build: $(COLCON)/.ready ## build with colcon, into build/colcon
 	$(COLCON)/bin/colcon --log-base $(BUILD)/log build --base-paths . --packages-select rigid_body_sim \

@@ -7,6 +7,7 @@ import sys
 import pytest
 
 from rigid_body_sim import Scene
+from rigid_body_sim.scene import schema
 from rigid_body_sim.scene.file_path import located, url
 
 pytestmark = pytest.mark.no_numba
@@ -96,3 +97,13 @@ def test_viewers_get_an_absolute_url(monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)
     assert url("a.stl") == f"file://{tmp_path}/a.stl"
     assert url("package://hull/a.stl") == "package://hull/a.stl"
+
+
+def test_nobody_on_the_network_can_name_a_file():
+    """A dynamic parameter may be set by whoever reaches the node."""
+    assert not [p.name for p in schema.TABLE if p.dynamic and ("file" in p.name or "path" in p.name)]
+    assert {p.name for p in schema.TABLE if "file" in p.name or "path" in p.name} == {
+        "body.mesh_file",
+        "body.urdf_file",
+        "record.path",
+    }
