@@ -43,6 +43,7 @@ setup(
             "mcap-ros2-support",
             "mpmath",
             "pytest",
+            "pytest-cov",
             "pytest-timeout",
             "pytest-xdist",
             "rosbags~=0.11.0",
