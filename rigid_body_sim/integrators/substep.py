@@ -142,7 +142,7 @@ def weighed(state: Floats, model: Floats, work: Floats, z: int, e: int, share: f
 
 
 @kernel
-def next_size(trial: float, error: float, order: float, most: float) -> float:
+def next_size(trial: float, error: float, order: int, most: float) -> float:
     """Size of the sub-step to try after one of size ``trial`` with that weighed error: at most ``most`` times it."""
     if not error < math.inf:
         return 0.1 * trial

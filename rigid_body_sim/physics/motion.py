@@ -113,7 +113,7 @@ def change_of_wrench(
 
 
 @kernel
-def jacobian(model: Floats, y: Floats, at: int, taut: float, out: Floats, o: int) -> None:
+def jacobian(model: Floats, y: Floats, at: int, taut: bool, out: Floats, o: int) -> None:
     """Exact Jacobian of (δx, b, δP, δL)' in world axes, 12 rows of 12 in out[o:o + 144], at the state y[at:].
 
     The attitude is counted as exp(b) q from the present one, so its own equation is b' = ω − ½ b × ω + ...; with
@@ -148,7 +148,7 @@ def _add_resistance(
     model: Floats,
     y: Floats,
     at: int,
-    taut: float,
+    taut: bool,
     qw: float,
     qx: float,
     qy: float,

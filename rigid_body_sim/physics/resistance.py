@@ -270,7 +270,7 @@ def tether_load(
 def tether_stiffness(
     model: Floats,
     k: int,
-    taut: float,
+    taut: bool,
     x: float,
     y: float,
     z: float,
@@ -308,7 +308,7 @@ def tether_stiffness(
 def add_tether_jacobian(
     model: Floats,
     k: int,
-    taut: float,
+    taut: bool,
     qw: float,
     qx: float,
     qy: float,

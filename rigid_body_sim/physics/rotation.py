@@ -36,7 +36,7 @@ def cross(ax: float, ay: float, az: float, bx: float, by: float, bz: float) -> t
 
 
 @kernel
-def unit_vector(i: float) -> tuple[float, float, float]:
+def unit_vector(i: int) -> tuple[float, float, float]:
     """Unit vector along axis 0, 1 or 2."""
     return 1.0 if i == 0 else 0.0, 1.0 if i == 1 else 0.0, 1.0 if i == 2 else 0.0
 
