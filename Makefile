@@ -5,10 +5,12 @@ BUILD ?= build/colcon
 VENV := .venv
 LINT := .venv-lint
 COLCON := .venv-colcon
+SAMPLE ?= 0
+COUNTED := $(VENV)/bin/python -m pytest --cov --cov-append --cov-report=
 # A sourced ROS brings its own rclpy. Its .venv differs from the one that takes rclpy from PyPI, so the stamps differ too.
 READY := $(VENV)/.ready-$(if $(AMENT_PREFIX_PATH),ros,pypi)
 
-.PHONY: help venv demo test bench bench-node report docs lint build clean
+.PHONY: help venv demo test coverage mutation bench bench-node report docs lint build clean
 
 help: ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/make \1\t\2/p' $(MAKEFILE_LIST)
@@ -20,6 +22,18 @@ test: $(READY) ## run all tests, those with ROS one by one, those marked no_numb
 	$(VENV)/bin/python -m pytest -n 2 -m "not ros"
 	$(VENV)/bin/python -m pytest -m ros
 	RIGID_BODY_SIM_NO_NUMBA=1 $(VENV)/bin/python -m pytest -n 2 -m no_numba
+
+coverage: $(READY) ## run all tests, count the lines that they reach, and fail where these are too few
+	rm -f .coverage .coverage.*
+	RIGID_BODY_SIM_NO_NUMBA=1 $(COUNTED) -n 2 -m no_numba
+	$(COUNTED) -n 2 -m "not ros"
+	$(COUNTED) -m ros
+	$(VENV)/bin/coverage report --include '*/physics/*,*/integrators/*,*/scene/*' --fail-under 95
+	$(VENV)/bin/coverage report --fail-under 90
+
+mutation: $(READY) ## change the physics in small ways and list the changes that no test notices (hours; SAMPLE=20)
+	$(VENV)/bin/python -m pip install --quiet --disable-pip-version-check cosmic-ray
+	$(VENV)/bin/python .ci/mutation --sample $(SAMPLE)
 
 bench: $(READY) ## measure what a step costs
 	@$(VENV)/bin/python -m rigid_body_sim.report.step_cost
@@ -35,12 +49,13 @@ report: $(READY) ## measure error against run time and draw it, into rigid_body_
 docs: $(READY) ## write the tables in docs/ anew from the code
 	@$(VENV)/bin/python -m rigid_body_sim.tools.doc_tables
 
-lint: $(LINT)/.ready ## check format, style, spelling, YAML and XML
+lint: $(LINT)/.ready ## check format, style, types, spelling, YAML and XML
 	$(LINT)/bin/ruff format --check .
 	$(LINT)/bin/ruff check .
+	$(LINT)/bin/mypy
 	$(LINT)/bin/codespell
 	$(LINT)/bin/check-yaml .pre-commit-config.yaml $(wildcard config/*.yaml)
-	$(LINT)/bin/check-xml package.xml $(wildcard config/*.xml launch/*.xml)
+	$(LINT)/bin/check-xml package.xml $(wildcard config/*.xml launch/*.xml security/*.xml)
 
 build: $(COLCON)/.ready ## build with colcon, into build/colcon
 	$(COLCON)/bin/colcon --log-base $(BUILD)/log build --base-paths . --packages-select rigid_body_sim \
@@ -49,7 +64,7 @@ build: $(COLCON)/.ready ## build with colcon, into build/colcon
 venv: $(READY) ## set up .venv
 
 clean: ## remove everything that make made
-	rm -rf $(VENV) $(LINT) $(COLCON) build dist *.egg-info .pytest_cache .ruff_cache .hypothesis
+	rm -rf $(VENV) $(LINT) $(COLCON) build dist *.egg-info .pytest_cache .ruff_cache .mypy_cache .hypothesis .coverage*
 	find rigid_body_sim test -name __pycache__ -prune -exec rm -rf {} +
 
 define check_python

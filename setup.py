@@ -11,6 +11,7 @@ data_files = [
     (f"share/{package_name}", ["package.xml"]),
     (f"share/{package_name}/config", sorted(glob("config/*"))),
     (f"share/{package_name}/launch", sorted(glob("launch/*"))),
+    (f"share/{package_name}/security", sorted(glob("security/*"))),
     # For pip, which puts the programs in bin/ where `ros2 run` does not look. colcon writes the programs over these.
     (f"lib/{package_name}", sorted(glob("wrappers/*"))),
 ]
@@ -23,7 +24,7 @@ setup(
     maintainer="rigid_body_sim maintainers",
     maintainer_email="maintainers@example.org",
     packages=find_packages(exclude=["test", "test.*"]),
-    package_data={f"{package_name}.report": ["page.css", "page.js", "reference/*.json"]},
+    package_data={package_name: ["py.typed"], f"{package_name}.report": ["page.css", "page.js", "reference/*.json"]},
     data_files=data_files,
     zip_safe=True,
     python_requires=">=3.10",
@@ -44,6 +45,7 @@ setup(
             "mcap-ros2-support",
             "mpmath",
             "pytest",
+            "pytest-cov",
             "pytest-timeout",
             "pytest-xdist",
             "rosbags~=0.11.0",

@@ -6,14 +6,15 @@ import struct
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
 
 from . import integrators
 from .physics import compiled
 from .physics import state as flat
 from .physics.acceleration import read_acceleration
+from .physics.arrays import Floats, Vector
 from .physics.body import Body
 from .physics.forces import WRENCH
 from .physics.resistance import NO_DRAG, Drag, Tether
@@ -84,13 +85,19 @@ class Simulation:
         leaves out the drag, the tethers or the forces given; rtol outside [1e-13, 1].
     """
 
+    _wrench: Wrench
+    _turns: bool
+    _plain: bool  # whether twelve numbers are all that another wrench changes
+    _takes_any: bool
+    _origin_steps: int | None  # step from whose state an integrator with ``one_evaluation`` goes
+
     def __init__(
         self,
         body: Body,
         state: State | None = None,
         *,
         rate: float = 1000.0,
-        gravity: ArrayLike = ZERO,
+        gravity: Vector = ZERO,
         integrator: str = integrators.AUTO,
         drag: Drag = NO_DRAG,
         tethers: Sequence[Tether] = (),
@@ -107,12 +114,12 @@ class Simulation:
         self.steps = 0
         self._h = 1.0 / self._rate
         self._rate_ratio = self._rate.as_integer_ratio()
-        self._kernels: dict[str, tuple[Callable, NDArray]] = {}
+        self._kernels: dict[str, tuple[compiled.Steps, Floats]] = {}
         self._out = np.zeros(flat.OUT_SIZE)
         self._model = self._terms.model(NO_WRENCH)
         self._state = flat.flatten(self.initial_state, self._model)
         self._origin = self._state.copy()
-        self._state_view, self._origin_view = memoryview(self._state), memoryview(self._origin)  # quicker to copy
+        self._state_view, self._origin_view = self._state.data, self._origin.data  # quicker to copy
         self._read_kernel = compiled.ready(flat.read_out, self._state, self._model, self._out)
         self._pose_kernel = compiled.ready(flat.read_pose, self._state, self._model)
         self._impulse_kernel = compiled.ready(flat.add_impulse, self._state, self._model)
@@ -144,7 +151,7 @@ class Simulation:
         return self._terms.body
 
     @property
-    def gravity(self) -> NDArray:
+    def gravity(self) -> Floats:
         """Acceleration of free fall [m/s²], world axes, shape (3,)."""
         gravity = np.array(self._terms.gravity)
         gravity.flags.writeable = False
@@ -158,12 +165,12 @@ class Simulation:
     @property
     def tethers(self) -> tuple[Tether, ...]:
         """The tethers that hold the body."""
-        return self._terms.tethers
+        return tuple(self._terms.tethers)
 
     @property
     def forces(self) -> tuple[PointForce, ...]:
         """The forces that always act, as (point [m, body axes], force [N, world axes])."""
-        return self._terms.forces
+        return tuple(self._terms.forces)
 
     @property
     def rate(self) -> float:
@@ -233,7 +240,7 @@ class Simulation:
                 f"step {self.steps + 1} cannot be done: the time of one of several wrenches has run out, and {reason}"
             ) from None
 
-    def change(self, **terms: Body | ArrayLike | Drag | Sequence[Tether | PointForce] | float) -> None:
+    def change(self, **terms: Any) -> None:
         """Go on with other terms, named as in the constructor from ``body`` to ``rtol``; those not named stay.
 
         Pose and velocities of the body frame stay, and so do the held wrenches and the time; another body has another
@@ -277,7 +284,7 @@ class Simulation:
         while n > 0:
             held = n if self._expiry is None else min(n, self._expiry - self.steps)
             if self._origin_steps is not None:
-                done = self._step_from_origin(held)
+                done = self._step_from_origin(self._origin_steps, held)
             else:
                 if held > MOST_AT_ONCE:
                     held = MOST_AT_ONCE
@@ -357,7 +364,7 @@ class Simulation:
     def restore(self, snapshot: Snapshot) -> None:
         """Continue from a snapshot taken with the same body, rate, gravity and integrator: the same bits follow."""
         self._stiffness = snapshot.stiffness
-        self._begin_with({name: tuple(held) for name, *held in snapshot.sources})
+        self._begin_with({name: (wrench, expiry) for name, wrench, expiry in snapshot.sources})
         self._state[:] = snapshot.state
         self.steps = snapshot.steps
         if self._origin_steps is not None:
@@ -417,12 +424,12 @@ class Simulation:
         self.integrator = integrator
         self._steps_kernel, self._work = self._kernels[integrator.name]
         self._model = self._terms.model(wrench)
-        self._model_bytes = memoryview(self._model).cast("B")
+        self._model_bytes = self._model.data.cast("B")
         self._wrench = wrench
         self._turns = wrench.turns
-        self._plain = not wrench.points  # whether twelve numbers are all that another wrench changes
+        self._plain = not wrench.points
         self._takes_any = self._terms.resisted if self._asked_for is None else not integrator.torque_free_only
-        self._origin_steps: int | None = None
+        self._origin_steps = None
         if integrator.one_evaluation:
             self._mark_origin()
 
@@ -454,10 +461,10 @@ class Simulation:
         if self._asked_for is not None and (shortfall := integrators.shortfall(self._asked_for.name, terms)):
             raise ValueError(shortfall)
 
-    def _step_from_origin(self, n: int) -> int:
+    def _step_from_origin(self, origin_steps: int, n: int) -> int:
         """Advance by n steps in one evaluation from where the wrench last changed; return how many were done."""
         self._state_view[:] = self._origin_view
-        since = self.steps - self._origin_steps
+        since = self.steps - origin_steps
         return self._steps_kernel(self._state, self._model, self._work, self._h, since + n) - since
 
     def _why_stopped(self) -> str:

@@ -3,7 +3,7 @@
 import contextlib
 import os
 import struct
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
@@ -70,7 +70,8 @@ class BagWriter:
 
     def _append(self, batch: Sequence[Message]) -> None:
         channels, chunk, pack = self._channels, self._storage.chunk, _RECORD.pack
-        index, at, pieces = chunk.msgs, chunk.bio.tell(), []
+        index, at = chunk.msgs, chunk.bio.tell()
+        pieces: list[bytes] = []
         for place, time_ns, data in batch:
             channel = channels[place]
             index[channel].append((time_ns, at))
@@ -107,7 +108,7 @@ class BagWriter:
         self._bag.max_timestamp = max(self._bag.max_timestamp, last_ns)
 
     @contextlib.contextmanager
-    def _keeping_whole_chunks(self):
+    def _keeping_whole_chunks(self) -> Iterator[None]:
         """Whatever goes wrong within, the file is cut off after its last whole chunk."""
         try:
             yield

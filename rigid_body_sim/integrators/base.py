@@ -1,8 +1,8 @@
 """What an integrator is: a kernel and the facts about it that documentation, parameters and tests are derived from."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
+from ..physics.compiled import Steps
 from ..physics.wrench import Wrench
 
 
@@ -26,7 +26,7 @@ class Integrator:
     name: str
     order: int | None  # None: chosen in each step such that round-off sets the error
     explicit: bool
-    steps: Callable
+    steps: Steps
     work_size: int
     text: str
     reversible: bool = False  # with all momenta turned round, it goes back the way that it came, to round-off

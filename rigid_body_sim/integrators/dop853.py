@@ -8,6 +8,7 @@ It is no method for stiff scenes: a sub-step is at most about 6 / ρ long, with 
 
 import math
 
+from ..physics.arrays import Floats
 from ..physics.compiled import kernel, table
 from ..physics.forces import reduce_wrench
 from ..physics.state import LOW, SIZE, copy, is_finite
@@ -139,7 +140,7 @@ WORK_SIZE = _Y + LOW
 
 
 @kernel
-def steps(state, model, work, h, n):
+def steps(state: Floats, model: Floats, work: Floats, h: float, n: int) -> int:
     """Advance by up to n steps of h [s]; see base.Integrator."""
     reduce_wrench(model)
     for done in range(n):
@@ -151,7 +152,7 @@ def steps(state, model, work, h, n):
 
 
 @kernel
-def _step(state, model, work, h):
+def _step(state: Floats, model: Floats, work: Floats, h: float) -> bool:
     """One step in sub-steps that each keep the estimated error below their share; False when it cannot be done."""
     left, trial, growth = h, h, FASTEST_GROWTH
     _first_slope(state, model, work)
@@ -176,14 +177,14 @@ def _step(state, model, work, h):
 
 
 @kernel
-def _first_slope(state, model, work):
+def _first_slope(state: Floats, model: Floats, work: Floats) -> None:
     for c in range(UNKNOWNS):
         work[_Z + c] = 0.0
     slope(state, model, work, _Z, _Y, _K)
 
 
 @kernel
-def _stages(state, model, work, h):
+def _stages(state: Floats, model: Floats, work: Floats, h: float) -> bool:
     """All slopes but the first, and the increments of a sub-step h into Z; False when they are beyond use."""
     for i in range(1, STAGES):
         _combine(work, STAGES * (i - 1), i, h, _Z)
@@ -195,7 +196,7 @@ def _stages(state, model, work, h):
 
 
 @kernel
-def _combine(work, row, count, h, to):
+def _combine(work: Floats, row: int, count: int, h: float, to: int) -> None:
     """h times the sum of the first ``count`` slopes, weighed with the weights from ``row`` on."""
     for c in range(UNKNOWNS):
         work[to + c] = 0.0
@@ -207,7 +208,7 @@ def _combine(work, row, count, h, to):
 
 
 @kernel
-def _error(state, model, work, trial, share):
+def _error(state: Floats, model: Floats, work: Floats, trial: float, share: float) -> float:
     """Estimated error as a multiple of the sub-step's share: ε₅² / √(ε₅² + 0.01 ε₃²), from two estimates.
 
     Written with their quotient: the square of a tiny estimate is zero.

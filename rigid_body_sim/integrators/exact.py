@@ -4,6 +4,7 @@ n steps are one evaluation over n h, so they cost what one costs, and the error 
 turned since the wrench last changed, not on the number of steps.
 """
 
+from ..physics.arrays import Floats
 from ..physics.compiled import kernel
 from ..physics.exact import WORK_SIZE as _TURN_SIZE
 from ..physics.exact import turn_freely
@@ -16,7 +17,7 @@ WORK_SIZE = _BACKUP + SIZE
 
 
 @kernel
-def steps(state, model, work, h, n):
+def steps(state: Floats, model: Floats, work: Floats, h: float, n: int) -> int:
     """Advance by up to n steps of h [s]; see base.Integrator."""
     reduce_wrench(model)
     copy(state, 0, work, _BACKUP)
@@ -34,7 +35,7 @@ def steps(state, model, work, h, n):
 
 
 @kernel
-def _advance(state, model, work, t):
+def _advance(state: Floats, model: Floats, work: Floats, t: float) -> bool:
     """The state t [s] after the one in the backup; False when there is none. For t = 0 it is that one.
 
     A force in body axes is right here as long as the body does not turn.

@@ -8,6 +8,7 @@ physics.rotation_matrix for that.
 
 import math
 
+from ..physics.arrays import Floats
 from ..physics.compiled import kernel
 from ..physics.forces import MASS, force_world, rates_principal, reduce_wrench, torque_principal
 from ..physics.rotation import qmultiply, qrotate
@@ -18,7 +19,7 @@ WORK_SIZE = SIZE  # the state before the step
 
 
 @kernel
-def steps(state, model, work, h, n):
+def steps(state: Floats, model: Floats, work: Floats, h: float, n: int) -> int:
     """Advance by up to n steps of h [s]; see base.Integrator."""
     reduce_wrench(model)
     for done in range(n):
@@ -31,7 +32,7 @@ def steps(state, model, work, h, n):
 
 
 @kernel
-def _step(state, model, h):
+def _step(state: Floats, model: Floats, h: float) -> None:
     """All four unknowns from their rates at the start of the step."""
     qw, qx, qy, qz = state[Q], state[Q + 1], state[Q + 2], state[Q + 3]
     wx, wy, wz = rates_principal(model, qw, qx, qy, qz, state[L], state[L + 1], state[L + 2])

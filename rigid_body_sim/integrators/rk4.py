@@ -3,6 +3,7 @@
 The wrench is evaluated where the body is at each stage, so a body-axes wrench turns with the body inside the step.
 """
 
+from ..physics.arrays import Floats
 from ..physics.compiled import kernel
 from ..physics.forces import reduce_wrench
 from ..physics.motion import derivative
@@ -17,7 +18,7 @@ WORK_SIZE = _BACKUP + SIZE
 
 
 @kernel
-def steps(state, model, work, h, n):
+def steps(state: Floats, model: Floats, work: Floats, h: float, n: int) -> int:
     """Advance by up to n steps of h [s]; see base.Integrator."""
     reduce_wrench(model)
     for done in range(n):
@@ -30,7 +31,7 @@ def steps(state, model, work, h, n):
 
 
 @kernel
-def _step(state, model, work, h):
+def _step(state: Floats, model: Floats, work: Floats, h: float) -> None:
     for i in range(LOW):
         work[_STAGE + i] = state[i]
         work[_SUM + i] = 0.0

@@ -7,6 +7,7 @@ here without loss of order. L is kept in the world, where L' = τ.
 
 import math
 
+from ..physics.arrays import Floats
 from ..physics.compiled import kernel
 from ..physics.forces import MASS, force_world, rates_principal, reduce_wrench, torque_principal
 from ..physics.rotation import cross, qmultiply, qrotate
@@ -22,7 +23,7 @@ WORK_SIZE = _BACKUP + SIZE
 
 
 @kernel
-def steps(state, model, work, h, n):
+def steps(state: Floats, model: Floats, work: Floats, h: float, n: int) -> int:
     """Advance by up to n steps of h [s]; see base.Integrator."""
     reduce_wrench(model)
     for done in range(n):
@@ -35,7 +36,7 @@ def steps(state, model, work, h, n):
 
 
 @kernel
-def _step(state, model, work, h):
+def _step(state: Floats, model: Floats, work: Floats, h: float) -> None:
     for i in range(_UNKNOWNS):
         work[_SUM + i] = 0.0
         work[_SLOPE + i] = 0.0
@@ -61,7 +62,7 @@ def _step(state, model, work, h):
 
 
 @kernel
-def exponential_minus_one(x, y, z):
+def exponential_minus_one(x: float, y: float, z: float) -> tuple[float, float, float, float]:
     """Unit quaternion of the rotation vector (x, y, z) [rad], less 1, to round-off for small angles too."""
     angle = math.sqrt(x * x + y * y + z * z)
     quarter = math.sin(0.25 * angle)
@@ -71,7 +72,7 @@ def exponential_minus_one(x, y, z):
 
 
 @kernel
-def _derivative(state, model, work):
+def _derivative(state: Floats, model: Floats, work: Floats) -> None:
     """Slopes of x, θ, P, L at the current stage."""
     s, k = _STAGE, _SLOPE
     ax, ay, az = work[s + _TURN], work[s + _TURN + 1], work[s + _TURN + 2]

@@ -9,6 +9,7 @@ those unknowns are eliminated by hand, and what is factorised is the matrix 6 x 
 
 import math
 
+from ..physics.arrays import Floats
 from ..physics.compiled import kernel, table
 from ..physics.forces import MASS, MOMENTS, N_TETHERS, TETHERS_AT, rates_principal, reduce_wrench
 from ..physics.motion import body_attitude, jacobian
@@ -63,7 +64,7 @@ _LAST = _U + UNKNOWNS * (_STAGES - 1)
 
 
 @kernel
-def steps(state, model, work, h, n):
+def steps(state: Floats, model: Floats, work: Floats, h: float, n: int) -> int:
     """Advance by up to n steps of h [s]; see base.Integrator."""
     reduce_wrench(model)
     for done in range(n):
@@ -75,7 +76,7 @@ def steps(state, model, work, h, n):
 
 
 @kernel
-def _step(state, model, work, h):
+def _step(state: Floats, model: Floats, work: Floats, h: float) -> bool:
     """One step in sub-steps that each keep the estimated error below their share; False when it cannot be done."""
     _linearise(state, model, work)
     left, trial = h, _first_size(state, model, work, h)
@@ -100,7 +101,7 @@ def _step(state, model, work, h):
 
 
 @kernel
-def _linearise(state, model, work):
+def _linearise(state: Floats, model: Floats, work: Floats) -> None:
     """Jacobian and slope at the beginning of a sub-step."""
     jacobian(model, state, 0, False, work, _JACOBIAN)
     for c in range(UNKNOWNS):
@@ -109,7 +110,7 @@ def _linearise(state, model, work):
 
 
 @kernel
-def _stiffness(model, work):
+def _stiffness(model: Floats, work: Floats) -> float:
     """About ω² [1/s²] of the fastest vibration: a norm of the stiffness, with lengths in radii of gyration."""
     radius = radius_of_gyration(model)
     smallest = min(model[MOMENTS], model[MOMENTS + 1], model[MOMENTS + 2])
@@ -124,7 +125,7 @@ def _stiffness(model, work):
 
 
 @kernel
-def _ringing(state, model, h):
+def _ringing(state: Floats, model: Floats, h: float) -> float:
     """Largest ω [rad/s] of the tethers that vibrate fast in a step h and still do at its end; 0 when none does."""
     qw, qx, qy, qz = state[Q], state[Q + 1], state[Q + 2], state[Q + 3]
     bw, bx, by, bz = body_attitude(model, qw, qx, qy, qz)
@@ -144,7 +145,7 @@ def _ringing(state, model, h):
 
 
 @kernel
-def _first_size(state, model, work, h):
+def _first_size(state: Floats, model: Floats, work: Floats, h: float) -> float:
     """The whole step h, unless something rings in it: an L-stable method damps that away without an error to be seen.
 
     Momenta that vibrate at ω with the amplitude a have slopes up to a ω and second derivatives up to a ω². Where those
@@ -165,7 +166,7 @@ def _first_size(state, model, work, h):
 
 
 @kernel
-def _stages(state, model, work, h):
+def _stages(state: Floats, model: Floats, work: Floats, h: float) -> bool:
     """All six stages of a sub-step h, and the increments, which are the sixth argument plus the sixth stage, into Z.
 
     False when the matrix is singular or the increments are beyond use.
@@ -196,7 +197,7 @@ def _stages(state, model, work, h):
 
 
 @kernel
-def _add_stage(work, to, weight, j):
+def _add_stage(work: Floats, to: int, weight: float, j: int) -> None:
     """work[to:to + 12] += weight times stage j."""
     u = _U + UNKNOWNS * j
     for c in range(UNKNOWNS):
@@ -204,7 +205,7 @@ def _add_stage(work, to, weight, j):
 
 
 @kernel
-def _factorise(model, work, h):
+def _factorise(model: Floats, work: Floats, h: float) -> bool:
     """LU factors, with row exchanges, of what is left of 1/(γ h) − J without x and θ; False when it is singular.
 
     The first rows give u_x = γ h (r_x + u_P / m) and u_θ = T (r_θ + J_θL u_L).
@@ -232,7 +233,7 @@ def _factorise(model, work, h):
 
 
 @kernel
-def _invert(work, diagonal):
+def _invert(work: Floats, diagonal: float) -> bool:
     """T = (diagonal − J_θθ)⁻¹ by cofactors; False when there is none."""
     b = _JACOBIAN + 3 * UNKNOWNS + 3
     ax, ay, az = diagonal - work[b], -work[b + 1], -work[b + 2]
@@ -252,7 +253,7 @@ def _invert(work, diagonal):
 
 
 @kernel
-def _eliminate(work, k):
+def _eliminate(work: Floats, k: int) -> bool:
     """Step k of Gauss elimination with partial pivoting, in place."""
     column = _MATRIX + 6 * k
     best = k
@@ -275,7 +276,7 @@ def _eliminate(work, k):
 
 
 @kernel
-def _solve(model, work, at, gamma_h):
+def _solve(model: Floats, work: Floats, at: int, gamma_h: float) -> None:
     """Replace the right-hand side work[at:at + 12] by the solution."""
     p = at + 6
     for r in range(6):
@@ -296,7 +297,7 @@ def _solve(model, work, at, gamma_h):
 
 
 @kernel
-def _back_to_pose(model, work, at, gamma_h):
+def _back_to_pose(model: Floats, work: Floats, at: int, gamma_h: float) -> None:
     """u_x and u_θ from u_P and u_L, in place of r_x and r_θ."""
     for k in range(3):
         work[at + k] = gamma_h * (work[at + k] + work[at + 6 + k] / model[MASS])

@@ -1,5 +1,6 @@
 """What game engines do: momenta first, then position and attitude from the new momenta, all to first order."""
 
+from ..physics.arrays import Floats
 from ..physics.compiled import kernel
 from ..physics.forces import MASS, rates_principal, reduce_wrench
 from ..physics.motion import loads
@@ -11,7 +12,7 @@ WORK_SIZE = SIZE  # the state before the step
 
 
 @kernel
-def steps(state, model, work, h, n):
+def steps(state: Floats, model: Floats, work: Floats, h: float, n: int) -> int:
     """Advance by up to n steps of h [s]; see base.Integrator."""
     reduce_wrench(model)
     for done in range(n):
@@ -24,7 +25,7 @@ def steps(state, model, work, h, n):
 
 
 @kernel
-def _step(state, model, h):
+def _step(state: Floats, model: Floats, h: float) -> None:
     qw, qx, qy, qz = state[Q], state[Q + 1], state[Q + 2], state[Q + 3]
     fx, fy, fz, tx, ty, tz = loads(model, state, 0, qw, qx, qy, qz)
     state[P], state[P + 1], state[P + 2] = state[P] + h * fx, state[P + 1] + h * fy, state[P + 2] + h * fz

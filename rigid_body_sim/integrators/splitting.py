@@ -9,6 +9,7 @@ by Suzuki, Phys. Lett. A 146 (1990) 319. Both are time-reversible, so the energy
 
 import math
 
+from ..physics.arrays import Floats
 from ..physics.compiled import kernel
 from ..physics.forces import MASS, MOMENTS, force_world, reduce_wrench, torque_principal
 from ..physics.rotation import qmultiply, qrotate, qrotate_back
@@ -24,7 +25,7 @@ WORK_SIZE = _BACKUP + SIZE
 
 
 @kernel
-def steps(state, model, work, h, n):
+def steps(state: Floats, model: Floats, work: Floats, h: float, n: int) -> int:
     """Advance by up to n steps of h [s] of order 2; see base.Integrator."""
     reduce_wrench(model)
     for done in range(n):
@@ -37,7 +38,7 @@ def steps(state, model, work, h, n):
 
 
 @kernel
-def steps4(state, model, work, h, n):
+def steps4(state: Floats, model: Floats, work: Floats, h: float, n: int) -> int:
     """Advance by up to n steps of h [s] of order 4; see base.Integrator."""
     reduce_wrench(model)
     for done in range(n):
@@ -51,7 +52,7 @@ def steps4(state, model, work, h, n):
 
 
 @kernel
-def _step(state, model, work, h):
+def _step(state: Floats, model: Floats, work: Floats, h: float) -> None:
     _kick(state, model, 0.5 * h)
     for i in range(3):
         add_compensated(state, X + i, h * state[P + i] / model[MASS])
@@ -60,7 +61,7 @@ def _step(state, model, work, h):
 
 
 @kernel
-def _kick(state, model, h):
+def _kick(state: Floats, model: Floats, h: float) -> None:
     """P and L under the force and torque at this attitude, for h [s]."""
     qw, qx, qy, qz = state[Q], state[Q + 1], state[Q + 2], state[Q + 3]
     fx, fy, fz = force_world(model, qw, qx, qy, qz)
@@ -75,7 +76,7 @@ def _kick(state, model, h):
 
 
 @kernel
-def _turn(state, model, work, h):
+def _turn(state: Floats, model: Floats, work: Floats, h: float) -> None:
     """Turns about the principal axes, in the order of the moments: that does not depend on the axes' names."""
     qw, qx, qy, qz = state[Q], state[Q + 1], state[Q + 2], state[Q + 3]
     b, a, m = _BODY_L, _ATTITUDE, MOMENTS
@@ -97,7 +98,7 @@ def _turn(state, model, work, h):
 
 
 @kernel
-def _turn_about(work, model, i, h):
+def _turn_about(work: Floats, model: Floats, i: int, h: float) -> None:
     """Turn about principal axis i for h [s] at the rate l_i / I_i."""
     half = 0.5 * h * work[_BODY_L + i] / model[MOMENTS + i]
     sine, cosine = math.sin(half), math.cos(half)

@@ -6,6 +6,7 @@ The attitude is counted from the beginning of the sub-step by a rotation vector 
 
 import math
 
+from ..physics.arrays import Floats
 from ..physics.compiled import kernel
 from ..physics.forces import DRAG, MASS, MOMENTS, RTOL, rates_principal, to_body
 from ..physics.motion import body_attitude, loads, rates_world
@@ -27,7 +28,7 @@ ROUND_OFF = 2.0**-50  # a few units in the last place
 
 
 @kernel
-def slope(state, model, work, z, y, to):
+def slope(state: Floats, model: Floats, work: Floats, z: int, y: int, to: int) -> None:
     """Time derivative of the unknowns at work[z:z + 12] into work[to:to + 12]; their state goes to work[y:y + 13]."""
     tx, ty, tz = work[z + 3], work[z + 4], work[z + 5]
     qw, qx, qy, qz = state[Q], state[Q + 1], state[Q + 2], state[Q + 3]
@@ -47,7 +48,7 @@ def slope(state, model, work, z, y, to):
 
 
 @kernel
-def inverse_dexp(tx, ty, tz, wx, wy, wz):
+def inverse_dexp(tx: float, ty: float, tz: float, wx: float, wy: float, wz: float) -> tuple[float, float, float]:
     """dexp⁻¹_θ ω = ω − ½ θ × ω + (1 − ½ t cot ½t) / t² θ × (θ × ω), t = |θ| (Iserles et al., Acta Numerica 2000)."""
     square = tx * tx + ty * ty + tz * tz
     if square < 1e-4:
@@ -61,7 +62,7 @@ def inverse_dexp(tx, ty, tz, wx, wy, wz):
 
 
 @kernel
-def usable(work, z):
+def usable(work: Floats, z: int) -> bool:
     """Whether the unknowns at work[z:] are finite and turn by so little that ``slope`` can be asked for."""
     total = 0.0
     for i in range(UNKNOWNS):
@@ -71,7 +72,7 @@ def usable(work, z):
 
 
 @kernel
-def passes_rest(state, model, work, z, to):
+def passes_rest(state: Floats, model: Floats, work: Floats, z: int, to: int) -> bool:
     """Whether quadratic drag has a kink within the sub-step of the unknowns work[z:z + 12]; work[to:to + 12] is used.
 
     |u| u has one where u passes zero: a component of the velocity of the centre of mass or of the rates, body axes.
@@ -92,7 +93,7 @@ def passes_rest(state, model, work, z, to):
 
 
 @kernel
-def _dragged(state, model, work, z, share, to):
+def _dragged(state: Floats, model: Floats, work: Floats, z: int, share: float, to: int) -> None:
     """Momentum of the centre of mass and rates, body axes, at a share of the unknowns, into work[to:to + 6]."""
     dw, dx, dy, dz = exponential_minus_one(share * work[z + 3], share * work[z + 4], share * work[z + 5])
     q = Q
@@ -107,13 +108,13 @@ def _dragged(state, model, work, z, share, to):
 
 
 @kernel
-def radius_of_gyration(model):
+def radius_of_gyration(model: Floats) -> float:
     """√((I_x + I_y + I_z) / 2m) [m]: the length that a body has of its own."""
     return math.sqrt((model[MOMENTS] + model[MOMENTS + 1] + model[MOMENTS + 2]) / (2.0 * model[MASS]))
 
 
 @kernel
-def weighed(state, model, work, z, e, share, rate):
+def weighed(state: Floats, model: Floats, work: Floats, z: int, e: int, share: float, rate: float) -> float:
     """The error work[e:e + 12] of the increments work[z:z + 12] as a multiple of the tolerance, ``share`` of rtol.
 
     Momenta are weighed against the larger of the present one, the one after the sub-step, and what SLOWEST amounts to;
@@ -141,7 +142,7 @@ def weighed(state, model, work, z, e, share, rate):
 
 
 @kernel
-def next_size(trial, error, order, most):
+def next_size(trial: float, error: float, order: int, most: float) -> float:
     """Size of the sub-step to try after one of size ``trial`` with that weighed error: at most ``most`` times it."""
     if not error < math.inf:
         return 0.1 * trial
@@ -149,7 +150,7 @@ def next_size(trial, error, order, most):
 
 
 @kernel
-def accept(state, work, z):
+def accept(state: Floats, work: Floats, z: int) -> None:
     """Add the increments work[z:z + 12] to the state."""
     for i in range(3):
         add_compensated(state, X + i, work[z + i])

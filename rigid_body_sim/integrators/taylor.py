@@ -14,6 +14,7 @@ closed form is not integrated: L under a torque fixed in the world, P and x unde
 
 import math
 
+from ..physics.arrays import Floats
 from ..physics.compiled import kernel
 from ..physics.extended import xadd
 from ..physics.forces import (
@@ -54,7 +55,7 @@ WORK_SIZE = _BACKUP + SIZE
 
 
 @kernel
-def steps(state, model, work, h, n):
+def steps(state: Floats, model: Floats, work: Floats, h: float, n: int) -> int:
     """Advance by up to n steps of h [s]; see base.Integrator."""
     reduce_wrench(model)
     for done in range(n):
@@ -66,7 +67,7 @@ def steps(state, model, work, h, n):
 
 
 @kernel
-def _step(state, model, work, h):
+def _step(state: Floats, model: Floats, work: Floats, h: float) -> bool:
     """One step in as many sub-steps as its series needs; False when it cannot be done."""
     left = h
     for _ in range(MOST_SUBSTEPS):
@@ -79,7 +80,7 @@ def _step(state, model, work, h):
 
 
 @kernel
-def _substep(state, model, work, left):
+def _substep(state: Floats, model: Floats, work: Floats, left: float) -> float:
     """Advance by as much of ``left`` [s] as one series covers, and return it."""
     qw, qx, qy, qz = state[Q], state[Q + 1], state[Q + 2], state[Q + 3]
     wx, wy, wz = _rates(state, model, work)
@@ -99,7 +100,7 @@ def _substep(state, model, work, left):
 
 
 @kernel
-def _rates(state, model, work):
+def _rates(state: Floats, model: Floats, work: Floats) -> tuple[float, float, float]:
     """Rates in principal axes; those of a thin body from Rᵀ L in twice the precision, which stays in ``work``."""
     s, m = _SPIN, MOMENTS
     if not is_thin(model):
@@ -111,7 +112,7 @@ def _rates(state, model, work):
 
 
 @kernel
-def _trial_step(model, wx, wy, wz, tx, ty, tz, left):
+def _trial_step(model: Floats, wx: float, wy: float, wz: float, tx: float, ty: float, tz: float, left: float) -> float:
     """``left``, or the time [s] in which spin and torque turn the body by TRIAL_ANGLE, when that is shorter."""
     alpha = abs(tx / model[MOMENTS]) + abs(ty / model[MOMENTS + 1]) + abs(tz / model[MOMENTS + 2])
     rate = abs(wx) + abs(wy) + abs(wz) + math.sqrt(alpha)
@@ -121,7 +122,9 @@ def _trial_step(model, wx, wy, wz, tx, ty, tz, left):
 
 
 @kernel
-def _series(model, work, h, ex, ey, ez, qw, qx, qy, qz):
+def _series(
+    model: Floats, work: Floats, h: float, ex: float, ey: float, ez: float, qw: float, qx: float, qy: float, qz: float
+) -> int:
     """Fill the series for a trial step h from η = (ex, ey, ez) and the attitude; return the order that is enough."""
     carried = int(model[N_CARRIED])
     work[_QT], work[_QT + 1], work[_QT + 2], work[_QT + 3] = 1.0, 0.0, 0.0, 0.0
@@ -162,7 +165,7 @@ def _series(model, work, h, ex, ey, ez, qw, qx, qy, qz):
 
 
 @kernel
-def _products(work, k, start):
+def _products(work: Floats, k: int, start: int) -> tuple[float, float, float, float, float, float, float]:
     """Coefficient k of Q ⊗ η and (η_y η_z, η_z η_x, η_x η_y); before ``start``, all terms but that with Q_0 are 0."""
     e = _ETA + 3 * k
     aw, ax, ay, az = 0.0, work[e], work[e + 1], work[e + 2]  # the term with Q_0 = 1
@@ -182,7 +185,7 @@ def _products(work, k, start):
 
 
 @kernel
-def _carried(work, k, i):
+def _carried(work: Floats, k: int, i: int) -> tuple[float, float, float]:
     """Coefficient k of carried vector i, from b' = 2 b × η."""
     b = _BT + 9 * k + 3 * i
     if k > 0:
@@ -197,7 +200,7 @@ def _carried(work, k, i):
 
 
 @kernel
-def _converged_fraction(work, order):
+def _converged_fraction(work: Floats, order: int) -> float:
     """Share of the trial step on which the series converge to round-off: 1 unless the highest order was not enough."""
     if order < HIGHEST_ORDER:
         return 1.0
@@ -213,7 +216,18 @@ def _converged_fraction(work, order):
 
 
 @kernel
-def _translate(state, model, work, order, fraction, trial, qw, qx, qy, qz):
+def _translate(
+    state: Floats,
+    model: Floats,
+    work: Floats,
+    order: int,
+    fraction: float,
+    trial: float,
+    qw: float,
+    qx: float,
+    qy: float,
+    qz: float,
+) -> None:
     """Advance P and x over fraction · trial [s]: closed form for the world-axes force, series for the body-axes one."""
     h = fraction * trial
     m = model[MASS]
@@ -230,7 +244,9 @@ def _translate(state, model, work, order, fraction, trial, qw, qx, qy, qz):
 
 
 @kernel
-def _body_force_integrals(model, work, order, fraction):
+def _body_force_integrals(
+    model: Floats, work: Floats, order: int, fraction: float
+) -> tuple[float, float, float, float, float, float]:
     """∫ R F dθ and ∬ R F dθ² over a step of unit length, in the axes at its start, for the body-axes force F.
 
     With Q = [s, v] and a = v × F, R F = F + 2 (s a + v × a); the series of a is linear in that of v.
@@ -254,7 +270,7 @@ def _body_force_integrals(model, work, order, fraction):
 
 
 @kernel
-def _turned_force(work, k):
+def _turned_force(work: Floats, k: int) -> tuple[float, float, float]:
     """Coefficient k of s a + v × a, where s begins with 1 and v and a with 0."""
     a = _AT + 3 * k
     sx, sy, sz = work[a], work[a + 1], work[a + 2]
@@ -269,7 +285,18 @@ def _turned_force(work, k):
 
 
 @kernel
-def _turn(state, model, work, order, fraction, trial, qw, qx, qy, qz):
+def _turn(
+    state: Floats,
+    model: Floats,
+    work: Floats,
+    order: int,
+    fraction: float,
+    trial: float,
+    qw: float,
+    qx: float,
+    qy: float,
+    qz: float,
+) -> None:
     """Advance q and L over fraction · trial [s]: sums of their series without the constant term, smallest first."""
     dw, dx, dy, dz, ex, ey, ez = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for k in range(order, 0, -1):
@@ -289,7 +316,7 @@ def _turn(state, model, work, order, fraction, trial, qw, qx, qy, qz):
 
 
 @kernel
-def _align_thin(state, model, work, trial, ex, ey, ez):
+def _align_thin(state: Floats, model: Floats, work: Floats, trial: float, ex: float, ey: float, ez: float) -> None:
     """Give q the Rᵀ L that Euler's equation led to: there the spin about the thin axis lost no digits."""
     s, r = _SPIN, 2.0 / trial
     lx, lxl = xadd(work[s], work[s + 3], r * model[MOMENTS] * ex, 0.0)
@@ -299,7 +326,24 @@ def _align_thin(state, model, work, trial, ex, ey, ez):
 
 
 @kernel
-def _add_angular_momentum(state, model, work, fraction, trial, qw, qx, qy, qz, dw, dx, dy, dz, ex, ey, ez):
+def _add_angular_momentum(
+    state: Floats,
+    model: Floats,
+    work: Floats,
+    fraction: float,
+    trial: float,
+    qw: float,
+    qx: float,
+    qy: float,
+    qz: float,
+    dw: float,
+    dx: float,
+    dy: float,
+    dz: float,
+    ex: float,
+    ey: float,
+    ez: float,
+) -> None:
     """Advance L: closed form under a torque fixed in the world (none at all: not one bit), else from the body's own L.
 
     With l the angular momentum in principal axes, ΔL = R (Q l Q̄ − l₀) = R (Δl + 2 (s v × l + v × (v × l))).

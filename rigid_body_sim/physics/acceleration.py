@@ -1,5 +1,6 @@
 """How fast the velocities change at a moment, with every force there is."""
 
+from .arrays import Floats
 from .compiled import kernel
 from .forces import CENTER_OF_MASS, EULER, MASS, MOMENTS, rates_principal, reduce_wrench, to_body
 from .motion import body_attitude, loads
@@ -8,7 +9,7 @@ from .state import L, Q
 
 
 @kernel
-def read_acceleration(state, model):
+def read_acceleration(state: Floats, model: Floats) -> tuple[float, float, float, float, float, float]:
     """(a [m/s²], dω/dt [rad/s²]): of the body frame's origin, world axes, and in body axes; 6 numbers.
 
     By theory (2.1.2) for the centre of mass and Euler's equation (2.5.6) in principal axes. The origin is at −R c from

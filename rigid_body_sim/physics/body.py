@@ -3,9 +3,10 @@
 import math
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from . import inertia as inertia_module
+from .arrays import Floats
 
 
 class Body:
@@ -29,9 +30,9 @@ class Body:
 
     Attributes
     ----------
-    principal_moments : NDArray, shape (3,)
+    principal_moments : array, shape (3,)
         Diagonal of I₀ [kg m²]; theory (2.4.12).
-    q_body_principal : NDArray, shape (4,)
+    q_body_principal : array, shape (4,)
         Unit quaternion, principal axes → body axes.
     """
 
@@ -51,7 +52,7 @@ class Body:
             array.flags.writeable = False
 
     @property
-    def inertia_entries(self) -> NDArray:
+    def inertia_entries(self) -> Floats:
         """(ixx, iyy, izz, ixy, ixz, iyz) [kg m²], body axes, about the centre of mass."""
         return self.inertia[(0, 1, 2, 0, 0, 1), (0, 1, 2, 1, 2, 2)]
 
@@ -64,7 +65,7 @@ class Body:
             and np.array_equal(self.center_of_mass, other.center_of_mass)
         )
 
-    __hash__ = None
+    __hash__ = None  # type: ignore[assignment]  # Python's own way to say: not hashable
 
     def __repr__(self) -> str:
         return (

@@ -10,13 +10,19 @@ import os
 import tempfile
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import Any, TypeVar
 
 import numpy as np
+
+from .arrays import Floats, Vector
 
 try:
     import numba
 except ImportError:
     numba = None
+
+_Kernel = TypeVar("_Kernel", bound=Callable[..., Any])  # decorated, it keeps its signature
+_Result = TypeVar("_Result")
 
 ENABLED = numba is not None and os.environ.get("RIGID_BODY_SIM_NO_NUMBA", "0") in ("", "0")
 
@@ -48,6 +54,8 @@ def _cache_folder() -> str | None:
     return None
 
 
+Steps = Callable[[Floats, Floats, Floats, float, int], int]  # an integrator's kernel: see integrators.base
+
 # Kernels create no arrays, so numba need not count references to them: without `_nrt` it does so at every inner call,
 # which made a step 1.6 times slower. Python's and numpy's rules of arithmetic are kept: no fast-math, so results are
 # the same bits.
@@ -56,7 +64,7 @@ _OPTIONS = {"nogil": True, "error_model": "numpy", "forceinline": True, "_nrt": 
 _CACHE = _cache_folder() if ENABLED else None
 
 
-def kernel(function: Callable) -> Callable:
+def kernel(function: _Kernel) -> _Kernel:
     """Decorate a kernel: compiled on first use with numba, unchanged without."""
     if not ENABLED:
         return function
@@ -64,12 +72,13 @@ def kernel(function: Callable) -> Callable:
     # numba reads the folder while it decorates; other users of numba in this process keep theirs.
     numba.config.CACHE_DIR = _CACHE or previous
     try:
-        return numba.njit(cache=_CACHE is not None, **_OPTIONS)(function)
+        compiled: _Kernel = numba.njit(cache=_CACHE is not None, **_OPTIONS)(function)
+        return compiled
     finally:
         numba.config.CACHE_DIR = previous
 
 
-def table(rows: Sequence[Sequence[float]], width: int) -> Sequence[float]:
+def table(rows: Sequence[Sequence[float]], width: int) -> Vector:
     """Coefficients for kernels, one row after the other in one sequence, each filled up with zeros to ``width``.
 
     Compiled code indexes an array at run time, but searches a tuple; Python reads floats from a tuple faster.
@@ -78,7 +87,7 @@ def table(rows: Sequence[Sequence[float]], width: int) -> Sequence[float]:
     return np.array(flat) if ENABLED else flat
 
 
-def ready(function: Callable, *examples: object) -> Callable:
+def ready(function: Callable[..., _Result], *examples: object) -> Callable[..., _Result]:
     """Compile ``function`` now, for arguments of the types of ``examples``, and return what calls it fastest.
 
     The compiled entry point is called without numba's look-up of argument types (0.4 of the cost of a short step), so
@@ -86,13 +95,15 @@ def ready(function: Callable, *examples: object) -> Callable:
     those gives Python floats, which are faster than numpy's scalars and follow the same IEEE rules.
     """
     if not ENABLED:
-        return lambda *arguments: function(*(memoryview(a) if isinstance(a, np.ndarray) else a for a in arguments))
+        return lambda *arguments: function(*(a.data if isinstance(a, np.ndarray) else a for a in arguments))
     signature = tuple(numba.typeof(example) for example in examples)
-    function.compile(signature)
-    return function.overloads[signature].entry_point
+    dispatcher: Any = function  # what numba made of it
+    dispatcher.compile(signature)
+    entry: Callable[..., _Result] = dispatcher.overloads[signature].entry_point
+    return entry
 
 
-def ready_steps(steps: Callable, *examples: object) -> Callable:
+def ready_steps(steps: Steps, *examples: object) -> Steps:
     """``ready`` for an integrator's kernel, which refuses a step that cannot be done: see integrators.base.
 
     Compiled, such a step shows as inf or NaN, by IEEE rules. Plain Python raises instead, in the middle of the step.
@@ -101,7 +112,7 @@ def ready_steps(steps: Callable, *examples: object) -> Callable:
     return run if ENABLED else lambda *arguments: _refuse_what_raises(run, *arguments)
 
 
-def _refuse_what_raises(run: Callable, state: np.ndarray, model: np.ndarray, work: np.ndarray, h: float, n: int) -> int:
+def _refuse_what_raises(run: Steps, state: Floats, model: Floats, work: Floats, h: float, n: int) -> int:
     """Up to n steps, and how many were done; where arithmetic raises, the state is that before the step."""
     before = state.copy()
     try:
@@ -114,7 +125,7 @@ def _refuse_what_raises(run: Callable, state: np.ndarray, model: np.ndarray, wor
     return first + (_refuse_what_raises(run, state, model, work, h, n - first) if first == n // 2 else 0)
 
 
-def is_cached(function: Callable) -> bool:
+def is_cached(function: Any) -> bool:
     """Whether ``ready`` will find compiled code for ``function`` (or needs none), so that it takes no time."""
     if not ENABLED:
         return True

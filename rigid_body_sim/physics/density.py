@@ -3,22 +3,25 @@
 from collections.abc import Callable, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from . import inertia
+from .arrays import Floats
 from .mass_properties import MassProperties
 
-Grid = NDArray  # coordinates at all nodes, shape (n, n, n)
+Grid = Floats  # coordinates at all nodes, shape (n, n, n)
+
+Density = float | Callable[[Grid, Grid, Grid], Grid]
+Place = Callable[[Grid, Grid, Grid], tuple[Grid, Grid, Grid]]
 
 # Points a side of the rules tried one after another; 64³ points are a quarter of a million densities.
 _POINTS = (8, 12, 16, 24, 32, 48, 64)
 
 
 def of_solid(
-    density: float | Callable[[Grid, Grid, Grid], Grid],
+    density: Density,
     lower: Sequence[float],
     upper: Sequence[float],
-    place: Callable[[Grid, Grid, Grid], tuple[Grid, Grid, Grid]] | None = None,
+    place: Place | None = None,
     rtol: float = 1e-10,
 ) -> MassProperties:
     """Mass, centre of mass and inertia of a solid by Gauss-Legendre quadrature; theory (2.4.4) and (2.4.5).
@@ -61,7 +64,7 @@ def of_solid(
     )
 
 
-def _with_points(n: int, density: float | Callable, ends: NDArray, place: Callable) -> MassProperties:
+def _with_points(n: int, density: Density, ends: Floats, place: Place) -> MassProperties:
     nodes, weights = np.polynomial.legendre.leggauss(n)
     half = (ends[1] - ends[0]) / 2.0
     grid = np.meshgrid(*(ends[0, k] + half[k] * (nodes + 1.0) for k in range(3)), indexing="ij")
@@ -73,7 +76,7 @@ def _with_points(n: int, density: float | Callable, ends: NDArray, place: Callab
     return _properties(masses, points.reshape(3, -1).T)
 
 
-def _properties(masses: NDArray, points: NDArray) -> MassProperties:
+def _properties(masses: Floats, points: Floats) -> MassProperties:
     total = masses.sum()
     if not total > 0.0:
         raise ValueError("the solid has no mass; its density must be greater than zero somewhere")
@@ -82,14 +85,14 @@ def _properties(masses: NDArray, points: NDArray) -> MassProperties:
     return MassProperties(total, inertia.from_second_moment((masses[:, None] * arms).T @ arms), center)
 
 
-def _density_at(points: NDArray, density: float | Callable) -> NDArray:
+def _density_at(points: Floats, density: Density) -> Floats:
     values = np.asarray(density(*points) if callable(density) else density, float)
     if not (np.isfinite(values) & (values >= 0.0)).all():
         raise ValueError("density is negative or not finite somewhere in the solid; it is at least zero everywhere")
     return values
 
 
-def _volume_ratio(points: NDArray, nodes: NDArray) -> NDArray:
+def _volume_ratio(points: Floats, nodes: Floats) -> Floats:
     """|det ∂(x, y, z)/∂(nodes)| at every node, from the polynomials through the nodes."""
     D = _differentiation_matrix(nodes)
     points = points - points.mean(axis=(1, 2, 3), keepdims=True)  # so that a distance to the origin costs no digits
@@ -106,7 +109,7 @@ def _volume_ratio(points: NDArray, nodes: NDArray) -> NDArray:
     return determinant
 
 
-def _differentiation_matrix(nodes: NDArray) -> NDArray:
+def _differentiation_matrix(nodes: Floats) -> Floats:
     """D with (D f)_i = p′(x_i) for the polynomial p through f at the nodes: barycentric form.
 
     Source: Berrut & Trefethen, SIAM Review 46 (2004) 501, section 9.3. The diagonal makes constants exact.

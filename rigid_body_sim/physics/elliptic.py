@@ -6,6 +6,7 @@ Mathematik 7 (1965) 78 (Jacobi's functions, by descending Landen transformations
 
 import math
 
+from .arrays import Floats
 from .compiled import kernel
 
 MOST_STEPS = 40  # of each iteration; arguments as far apart as 1e-300 and 1 take 16
@@ -13,7 +14,7 @@ JACOBI_WORK = 2 * MOST_STEPS  # floats of scratch space that ``jacobi`` needs
 
 
 @kernel
-def quarter_period(mc):
+def quarter_period(mc: float) -> float:
     """K(k), the quarter period, from mc = 1 − k² in (0, 1]: π / 2 over the arithmetic-geometric mean of 1 and √mc."""
     a, b = 1.0, math.sqrt(mc)
     for _ in range(MOST_STEPS):
@@ -24,7 +25,7 @@ def quarter_period(mc):
 
 
 @kernel
-def carlson_rf(x, y, z):
+def carlson_rf(x: float, y: float, z: float) -> float:
     """R_F(x, y, z) for arguments that are not negative, at most one of them zero."""
     a0 = (x + y + z) / 3.0
     a, spread = a0, 400.0 * max(abs(a0 - x), abs(a0 - y), abs(a0 - z))  # (3 · 2⁻⁵⁶)^(−1/6) ≈ 540 with room
@@ -43,7 +44,7 @@ def carlson_rf(x, y, z):
 
 
 @kernel
-def carlson_rj(x, y, z, p, delta):
+def carlson_rj(x: float, y: float, z: float, p: float, delta: float) -> float:
     """R_J(x, y, z, p) for p > 0 and delta = (p − x)(p − y)(p − z) ≥ 0, which the caller knows without cancellation."""
     a0 = (x + y + z + 2.0 * p) / 5.0
     a, spread = a0, 500.0 * max(abs(a0 - x), abs(a0 - y), abs(a0 - z), abs(a0 - p))
@@ -70,7 +71,7 @@ def carlson_rj(x, y, z, p, delta):
 
 
 @kernel
-def _arctan_over_root(e):
+def _arctan_over_root(e: float) -> float:
     """arctan(√e) / √e = R_C(1, 1 + e) for e ≥ 0."""
     if e < 1e-9:
         return 1.0 - e / 3.0
@@ -79,7 +80,7 @@ def _arctan_over_root(e):
 
 
 @kernel
-def jacobi(u, mc, work):
+def jacobi(u: float, mc: float, work: Floats) -> tuple[float, float, float]:
     """sn, cn and dn of u, |u| ≤ K, from mc = 1 − k² in [0, 1]; ``work`` is scratch space of JACOBI_WORK floats."""
     if mc == 0.0:
         e = math.exp(-abs(u))

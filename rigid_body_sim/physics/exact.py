@@ -18,6 +18,7 @@ Multiplied by I_r I_b I_s, the differences of inverse moments are d_sb = |I_b �
 
 import math
 
+from .arrays import Floats
 from .compiled import kernel
 from .elliptic import JACOBI_WORK, carlson_rf, carlson_rj, jacobi, quarter_period
 from .extended import two_sum, xadd, xdot, xmultiply, xrotate_back
@@ -37,7 +38,7 @@ _A1, _A2, _A3, _LAMBDA, _K2, _MC, _NU, _WEIGHT = range(_MOTION, _MOTION + 8)
 
 
 @kernel
-def turn_freely(state, model, work, t):
+def turn_freely(state: Floats, model: Floats, work: Floats, t: float) -> bool:
     """Turn the attitude in the flat state by a torque-free motion of t [s]; False when the angle is too large.
 
     L is not touched. A body at rest keeps its attitude to the bit.
@@ -70,7 +71,7 @@ def turn_freely(state, model, work, t):
 
 
 @kernel
-def _turn_sphere(state, largest, turn):
+def _turn_sphere(state: Floats, largest: float, turn: float) -> bool:
     """All moments equal: the axis of L stays in the body and in the world, q ← exp(½ ω t) ⊗ q.
 
     ``largest`` is the largest component of L and ``turn`` [rad] what that of ω turns by.
@@ -86,7 +87,7 @@ def _turn_sphere(state, largest, turn):
 
 
 @kernel
-def _body_momentum(state, work, scale):
+def _body_momentum(state: Floats, work: Floats, scale: float) -> tuple[float, float]:
     """Put |q|² Rᵀ L, scaled, into ``work``; return |q|² and scaled |L|.
 
     In twice the precision: close to the separatrix, the last bit of a component decides when the body turns over.
@@ -105,7 +106,7 @@ def _body_momentum(state, work, scale):
 
 
 @kernel
-def _sides(work):
+def _sides(work: Floats) -> tuple[int, int, int, float]:
     """The axes r, b, s, and |q|⁴ (d_sb l_s² − d_rb l_r²) ≥ 0, which vanishes on the separatrix."""
     m = _MOMENTS
     a, b, c = 0, 1, 2
@@ -124,7 +125,7 @@ def _sides(work):
 
 
 @kernel
-def _weighted_square(work, i, j, k):
+def _weighted_square(work: Floats, i: int, j: int, k: int) -> tuple[float, float]:
     """|I_i − I_j| I_k l_i² in twice the precision, l with the factor |q|²."""
     m = _MOMENTS
     dh, dl = two_sum(work[m + i], -work[m + j])
@@ -137,7 +138,9 @@ def _weighted_square(work, i, j, k):
 
 
 @kernel
-def _relative_turn(work, r, b, s, qq, distance, g, time):
+def _relative_turn(
+    work: Floats, r: int, b: int, s: int, qq: float, distance: float, g: float, time: float
+) -> tuple[float, float, float, float, float, float]:
     """The rotation from the attitude at 0 to that at ``time``, in axes 1, 2, 3, and the signs of axes 2 and 3.
 
     The rotation is not normalised. The angular momentum at ``time``, scaled, principal axes, takes the place of that at
@@ -162,7 +165,9 @@ def _relative_turn(work, r, b, s, qq, distance, g, time):
 
 
 @kernel
-def _circulation(work, mr, mb, ms, l1, l2, l3, distance, g):
+def _circulation(
+    work: Floats, mr: float, mb: float, ms: float, l1: float, l2: float, l3: float, distance: float, g: float
+) -> bool:
     """Amplitudes, rate and moduli of the circulation of l into ``work``; False when l stays where it is."""
     d_sb, d_rb, d_sr = abs(mb - ms) * mr, abs(mb - mr) * ms, abs(mr - ms) * mb
     e_s, e_r = d_sb * l2 * l2 + d_sr * l1 * l1, d_rb * l2 * l2 + d_sr * l3 * l3
@@ -179,7 +184,7 @@ def _circulation(work, mr, mb, ms, l1, l2, l3, distance, g):
 
 
 @kernel
-def _advance(work, l1, l2, l3, time):
+def _advance(work: Floats, l1: float, l2: float, l3: float, time: float) -> tuple[float, float, float, float]:
     """ψ − G t / I_b and l after ``time``, which counts in the direction of u."""
     mc, weight = work[_MC], work[_WEIGHT]
     side = -1.0 if l1 < 0.0 else 1.0  # l = (side A₁ cn v, side A₂ sn v, A₃ dn v) with |v| ≤ K
@@ -198,7 +203,7 @@ def _advance(work, l1, l2, l3, time):
 
 
 @kernel
-def _phase(s, c, d, mc):
+def _phase(s: float, c: float, d: float, mc: float) -> float:
     """u in [−K, K] with sn u = s, cn u = c ≥ 0, dn u = d."""
     if mc == 0.0:
         return math.asinh(s / c)
@@ -206,7 +211,7 @@ def _phase(s, c, d, mc):
 
 
 @kernel
-def _third_kind(work, s, c, d):
+def _third_kind(work: Floats, s: float, c: float, d: float) -> float:
     """∫ cn² / (1 + ν sn²) du from 0 to the u in [−K, K] with sn u = s, cn u = c ≥ 0, dn u = d.
 
     In Carlson's form it is a difference of two integrals; his relation between two values of the parameter p (DLMF
@@ -227,7 +232,9 @@ def _third_kind(work, s, c, d):
 
 
 @kernel
-def _replace_attitude(state, aw, ax, ay, az, bw, bx, by, bz):
+def _replace_attitude(
+    state: Floats, aw: float, ax: float, ay: float, az: float, bw: float, bx: float, by: float, bz: float
+) -> None:
     """q ← a ⊗ q ⊗ b, scaled to unit length, with the low-order parts of q taken in."""
     q, i = Q, LOW + Q
     w, x, y, z = qmultiply(aw, ax, ay, az, state[q], state[q + 1], state[q + 2], state[q + 3])

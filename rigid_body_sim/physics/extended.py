@@ -10,7 +10,7 @@ _SPLITTER = 134217729.0  # 2²⁷ + 1: splits a float into two halves of 26 bits
 
 
 @kernel
-def two_sum(a, b):
+def two_sum(a: float, b: float) -> tuple[float, float]:
     """a + b as (rounded sum, what rounding dropped), exactly; Knuth, TAOCP vol. 2, 4.2.2."""
     total = a + b
     kept = total - a
@@ -18,7 +18,7 @@ def two_sum(a, b):
 
 
 @kernel
-def two_product(a, b):
+def two_product(a: float, b: float) -> tuple[float, float]:
     """a · b as (rounded product, what rounding dropped), exactly."""
     t = _SPLITTER * a
     a_high = t - (t - a)
@@ -31,7 +31,7 @@ def two_product(a, b):
 
 
 @kernel
-def xadd(ah, al, bh, bl):
+def xadd(ah: float, al: float, bh: float, bl: float) -> tuple[float, float]:
     """Sum of two extended numbers."""
     high, low = two_sum(ah, bh)
     more, rest = two_sum(al, bl)
@@ -40,14 +40,27 @@ def xadd(ah, al, bh, bl):
 
 
 @kernel
-def xmultiply(ah, al, bh, bl):
+def xmultiply(ah: float, al: float, bh: float, bl: float) -> tuple[float, float]:
     """Product of two extended numbers."""
     high, low = two_product(ah, bh)
     return two_sum(high, low + (ah * bl + al * bh))
 
 
 @kernel
-def xdot(ah, al, bh, bl, ch, cl, dh, dl, eh, el, fh, fl):
+def xdot(
+    ah: float,
+    al: float,
+    bh: float,
+    bl: float,
+    ch: float,
+    cl: float,
+    dh: float,
+    dl: float,
+    eh: float,
+    el: float,
+    fh: float,
+    fl: float,
+) -> tuple[float, float]:
     """a b + c d + e f of extended numbers."""
     h, l = xmultiply(ah, al, bh, bl)
     gh, gl = xmultiply(ch, cl, dh, dl)
@@ -57,7 +70,22 @@ def xdot(ah, al, bh, bl, ch, cl, dh, dl, eh, el, fh, fl):
 
 
 @kernel
-def xrotate_back(w, wl, x, xl, y, yl, z, zl, a, al, b, bl, c, cl):
+def xrotate_back(
+    w: float,
+    wl: float,
+    x: float,
+    xl: float,
+    y: float,
+    yl: float,
+    z: float,
+    zl: float,
+    a: float,
+    al: float,
+    b: float,
+    bl: float,
+    c: float,
+    cl: float,
+) -> tuple[float, float, float, float, float, float, float, float]:
     """|q|² and |q|² Rᵀ v = (w² − u·u) v + 2 (u·v) u − 2 w (u × v) of q = [w, u] and v = (a, b, c), extended numbers."""
     ww, wwl = xmultiply(w, wl, w, wl)
     uu, uul = xdot(x, xl, x, xl, y, yl, y, yl, z, zl, z, zl)
@@ -75,6 +103,6 @@ def xrotate_back(w, wl, x, xl, y, yl, z, zl, a, al, b, bl, c, cl):
 
 
 @kernel
-def xunscale(a, al, qq, qql):
+def xunscale(a: float, al: float, qq: float, qql: float) -> tuple[float, float]:
     """a / qq of extended numbers, for qq within some round-off of 1."""
     return two_sum(a, al - a * ((qq - 1.0) + qql))

@@ -12,8 +12,9 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from .arrays import Floats
 from .body import Body
 from .compiled import kernel
 from .resistance import NO_DRAG, TETHER_SIZE, Drag, Tether
@@ -52,7 +53,7 @@ def new_model(
     tethers: Sequence[Tether] = (),
     rtol: float = 1e-9,
     forces: Sequence[PointForce] = (),
-) -> NDArray:
+) -> Floats:
     """Model array for a body [SI, body axes], gravity [m/s², world], a held wrench, drag, tethers and constant forces.
 
     Constant forces are points that act beside those of the wrench, whichever it is.
@@ -81,21 +82,21 @@ def new_model(
 
 
 @kernel
-def to_principal(model, vx, vy, vz):
+def to_principal(model: Floats, vx: float, vy: float, vz: float) -> tuple[float, float, float]:
     """Body axes → principal axes."""
     i = Q_BODY_PRINCIPAL
     return qrotate_back(model[i], model[i + 1], model[i + 2], model[i + 3], vx, vy, vz)
 
 
 @kernel
-def to_body(model, vx, vy, vz):
+def to_body(model: Floats, vx: float, vy: float, vz: float) -> tuple[float, float, float]:
     """Principal axes → body axes."""
     i = Q_BODY_PRINCIPAL
     return qrotate(model[i], model[i + 1], model[i + 2], model[i + 3], vx, vy, vz)
 
 
 @kernel
-def reduce_wrench(model):
+def reduce_wrench(model: Floats) -> None:
     """Fill the reduced part: body-axes wrench about the centre of mass, sum of world forces, carried vectors."""
     w = WRENCH
     c = CENTER_OF_MASS
@@ -115,7 +116,7 @@ def reduce_wrench(model):
 
 
 @kernel
-def _carry_world_torque(model):
+def _carry_world_torque(model: Floats) -> None:
     w = WRENCH + 9
     model[N_CARRIED] = 0.0
     if model[w] != 0.0 or model[w + 1] != 0.0 or model[w + 2] != 0.0:
@@ -129,7 +130,7 @@ def _carry_world_torque(model):
 
 
 @kernel
-def _carry_point_forces(model):
+def _carry_point_forces(model: Floats) -> None:
     """Carried vectors for world-axes forces at points: their common direction, or the three world axes."""
     n = int(model[N_POINTS])
     for k in range(n):
@@ -153,7 +154,7 @@ def _carry_point_forces(model):
 
 
 @kernel
-def _points_are_parallel(model, n):
+def _points_are_parallel(model: Floats, n: int) -> bool:
     """Whether all forces at points lie along the first one, exactly, and no world torque needs carrying beside them."""
     for i in range(3):
         if model[WRENCH + 9 + i] != 0.0:
@@ -174,16 +175,14 @@ def _points_are_parallel(model, n):
 
 
 @kernel
-def _add_arms(model, k, parallel):
+def _add_arms(model: Floats, k: int, parallel: bool) -> None:
     """Add point k's skew matrix of its arm from the centre of mass to each A_i, weighted by the force along B_i."""
     p = POINTS + 6 * k
     c = CENTER_OF_MASS
     x, y, z = to_principal(model, model[p] - model[c], model[p + 1] - model[c + 1], model[p + 2] - model[c + 2])
     for i in range(1 if parallel else 3):
-        b, j = (
-            CARRIED + 3 * i,
-            0,
-        )  # the force along B_i, which is parallel to it or an axis: from B_i's largest component
+        # The force along B_i, which is parallel to it or an axis: from B_i's largest component.
+        b, j = CARRIED + 3 * i, 0
         for other in range(1, 3):
             if abs(model[b + other]) > abs(model[b + j]):
                 j = other
@@ -198,7 +197,7 @@ def _add_arms(model, k, parallel):
 
 
 @kernel
-def arm_torque(model, i, bx, by, bz):
+def arm_torque(model: Floats, i: int, bx: float, by: float, bz: float) -> tuple[float, float, float]:
     """A_i b: the torque (principal axes) of carried vector i whose components in principal axes are b."""
     a = ARMS + 9 * i
     return (
@@ -209,7 +208,7 @@ def arm_torque(model, i, bx, by, bz):
 
 
 @kernel
-def torque_principal(model, qw, qx, qy, qz):
+def torque_principal(model: Floats, qw: float, qx: float, qy: float, qz: float) -> tuple[float, float, float]:
     """Whole torque about the centre of mass, in principal axes, at the attitude q (principal axes → world)."""
     tx, ty, tz = model[TORQUE], model[TORQUE + 1], model[TORQUE + 2]
     for i in range(int(model[N_CARRIED])):
@@ -221,14 +220,16 @@ def torque_principal(model, qw, qx, qy, qz):
 
 
 @kernel
-def force_world(model, qw, qx, qy, qz):
+def force_world(model: Floats, qw: float, qx: float, qy: float, qz: float) -> tuple[float, float, float]:
     """Whole force, in world axes, at the attitude q (principal axes → world)."""
     fx, fy, fz = qrotate(qw, qx, qy, qz, model[FORCE], model[FORCE + 1], model[FORCE + 2])
     return fx + model[FORCE_WORLD], fy + model[FORCE_WORLD + 1], fz + model[FORCE_WORLD + 2]
 
 
 @kernel
-def rates_principal(model, qw, qx, qy, qz, lx, ly, lz):
+def rates_principal(
+    model: Floats, qw: float, qx: float, qy: float, qz: float, lx: float, ly: float, lz: float
+) -> tuple[float, float, float]:
     """Angular velocity in principal axes from the angular momentum L in the world: ω = I₀⁻¹ Rᵀ L, theory (2.4.3)."""
     x, y, z = qrotate_back(qw, qx, qy, qz, lx, ly, lz)
     return x / model[MOMENTS], y / model[MOMENTS + 1], z / model[MOMENTS + 2]

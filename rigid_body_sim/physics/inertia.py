@@ -1,9 +1,10 @@
 """Inertia tensors: reading, checking, principal axes, another attitude or another point (theory 2.4)."""
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from . import rotation
+from .arrays import Floats, Vector
 
 # A tensor worked out in double precision may miss symmetry by a few units in the last place of its largest entry.
 ROUND_OFF = 1e-12
@@ -21,7 +22,7 @@ EQUAL_MOMENTS = 1e-14
 LEAST, MOST = 1e-100, 1e100
 
 
-def as_matrix(inertia: ArrayLike) -> NDArray:
+def as_matrix(inertia: ArrayLike) -> Floats:
     """Inertia tensor [kg m²], shape (3, 3), from 3 principal moments, 6 entries as in URDF, or the matrix itself.
 
     The six are (ixx, iyy, izz, ixy, ixz, iyz); off-diagonal entries are those of the matrix, theory (2.4.2), so ixy =
@@ -52,14 +53,14 @@ def as_matrix(inertia: ArrayLike) -> NDArray:
     return (matrix + matrix.T) / 2
 
 
-def from_second_moment(second_moment: ArrayLike) -> NDArray:
+def from_second_moment(second_moment: ArrayLike) -> Floats:
     """Inertia tensor [kg m²], shape (3, 3), of ``Σ m r rᵀ`` [kg m²], shape (3, 3); theory (2.4.8): tr(S) 1 − S."""
     S = np.asarray(second_moment, float)
     S = (S + S.T) / 2.0
     return np.trace(S) * np.eye(3) - S
 
 
-def of_point_masses(masses: ArrayLike, positions: ArrayLike) -> NDArray:
+def of_point_masses(masses: ArrayLike, positions: ArrayLike) -> Floats:
     """Inertia tensor [kg m²], shape (3, 3), about the origin of ``positions`` [m], shape (n, 3), and in their axes.
 
     Theory (2.4.2), (2.4.8) and, in body axes, (2.4.10): Σ m (rᵀr 1 − r rᵀ). ``masses`` [kg] has shape (n,). Raises
@@ -73,7 +74,7 @@ def of_point_masses(masses: ArrayLike, positions: ArrayLike) -> NDArray:
     return from_second_moment((m[:, None] * r).T @ r)
 
 
-def turned(inertia: NDArray, q: ArrayLike) -> NDArray:
+def turned(inertia: Floats, q: ArrayLike) -> Floats:
     """R I₀ Rᵀ, shape (3, 3): the tensor in the axes to which the quaternion q leads; theory (2.4.11).
 
     Not one bit changes when q is exactly the identity. Raises ValueError for a quaternion without direction.
@@ -83,15 +84,15 @@ def turned(inertia: NDArray, q: ArrayLike) -> NDArray:
     return (matrix + matrix.T) / 2.0
 
 
-def about_point(inertia: NDArray, mass: float, arm: ArrayLike) -> NDArray:
+def about_point(inertia: Floats, mass: float, arm: Vector) -> Floats:
     """Tensor (3, 3) about a point at ``arm`` [m] from the centre of mass, from that about the centre of mass.
 
     The parallel-axis theorem: I + m (aᵀa 1 − a aᵀ), which is theory (2.4.8) for the whole mass at the distance a.
     """
-    return inertia + of_point_masses([mass], [arm])
+    return inertia + of_point_masses([mass], np.asarray(arm, float)[None])
 
 
-def principal_axes(inertia: NDArray) -> tuple[NDArray, NDArray]:
+def principal_axes(inertia: Floats) -> tuple[Floats, Floats]:
     """Principal moments [kg m²], shape (3,), and unit quaternion, shape (4,), principal axes → body; theory (2.4.12).
 
     ``R(q) diag(moments) R(q)ᵀ`` is the given matrix, shape (3, 3). The axes are right-handed, each next to its body
@@ -112,7 +113,7 @@ def principal_axes(inertia: NDArray) -> tuple[NDArray, NDArray]:
     return _moments_along(inertia, q_body_principal), q_body_principal
 
 
-def check(inertia: NDArray) -> None:
+def check(inertia: Floats) -> None:
     """Refuse a tensor (3, 3) that no body can have: one ValueError for each rule, with the principal moments.
 
     A body's principal moments are positive, and none exceeds the sum of the other two (I_x + I_y − I_z = 2 Σ m z² ≥ 0).
@@ -142,7 +143,7 @@ def check(inertia: NDArray) -> None:
         )
 
 
-def _symmetric(inertia: NDArray, axis: NDArray) -> tuple[NDArray, NDArray]:
+def _symmetric(inertia: Floats, axis: Floats) -> tuple[Floats, Floats]:
     """principal_axes when the moments across ``axis``, shape (3,), are equal: that axis decides everything."""
     body_axis = int(np.argmax(_weights(axis)))
     axis = axis * np.sign(axis[body_axis])
@@ -154,13 +155,13 @@ def _symmetric(inertia: NDArray, axis: NDArray) -> tuple[NDArray, NDArray]:
     return moments, q_body_principal
 
 
-def _moments_along(inertia: NDArray, q_body_principal: NDArray) -> NDArray:
+def _moments_along(inertia: Floats, q_body_principal: Floats) -> Floats:
     """Moments [kg m²], shape (3,), about the axes of that attitude; more accurate than the eigenvalues of eigh."""
     R = rotation.to_matrix(q_body_principal)
     return np.diag(R.T @ inertia @ R).copy()
 
 
-def _nearest_to_body_axes(axes: NDArray) -> NDArray:
+def _nearest_to_body_axes(axes: Floats) -> Floats:
     """Eigenvectors (columns) in the order and with the signs that bring each next to its body axis, right-handed."""
     weights = _weights(axes)
     columns = [0, 0, 0]
@@ -172,6 +173,6 @@ def _nearest_to_body_axes(axes: NDArray) -> NDArray:
     return ordered * np.where(np.diag(ordered) < 0.0, -1.0, 1.0)
 
 
-def _weights(axes: NDArray) -> NDArray:
+def _weights(axes: Floats) -> Floats:
     """How near axes are to body axes, without the last digits: among equals the first one must win, not round-off."""
-    return np.round(np.abs(axes), 9)
+    return np.asarray(np.round(np.abs(axes), 9), float)

@@ -7,9 +7,10 @@ overflow or a difference of two infinities on the way.
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from . import rotation
+from .arrays import Floats
 from .body import Body
 from .resistance import Tether
 from .state import BodyState, State
@@ -46,22 +47,22 @@ def potential_energy(
     return float(energy)
 
 
-def point_position(state: State, point: ArrayLike) -> NDArray:
+def point_position(state: State, point: ArrayLike) -> Floats:
     """Position [m, world, shape (3,)] of a body-fixed point [m] given from the body frame's origin in body axes."""
     return state.position + rotation.rotate(state.orientation, point)
 
 
-def center_of_mass_position(body: Body, state: State) -> NDArray:
+def center_of_mass_position(body: Body, state: State) -> Floats:
     """Position [m] of the centre of mass, world axes, shape (3,)."""
     return point_position(state, body.center_of_mass)
 
 
-def center_of_mass_velocity(body: Body, state: State) -> NDArray:
+def center_of_mass_velocity(body: Body, state: State) -> Floats:
     """Velocity [m/s] of the centre of mass, world axes, shape (3,): v_o + R (ω × c)."""
     return state.velocity + rotation.rotate(state.orientation, np.cross(state.angular_velocity, body.center_of_mass))
 
 
-def angular_momentum_about_origin(body: Body, state: BodyState) -> NDArray:
+def angular_momentum_about_origin(body: Body, state: BodyState) -> Floats:
     """x × P + L [kg m²/s] about the world's origin, world axes, shape (3,)."""
     position = center_of_mass_position(body, state).astype(np.longdouble)
     return np.array([float(component) for component in np.cross(position, state.momentum) + state.angular_momentum])

@@ -4,15 +4,16 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from . import inertia as inertia_module
 from . import rotation
+from .arrays import Floats, Vector
 from .body import Body, positive
-from .wrench import three_finite
+from .wrench import ZERO, three_finite
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, init=False)
 class MassProperties:
     """What a mass distribution is to a rigid body.
 
@@ -35,19 +36,19 @@ class MassProperties:
     """
 
     mass: float
-    inertia: NDArray
-    center_of_mass: NDArray = (0.0, 0.0, 0.0)
+    inertia: Floats
+    center_of_mass: Floats
 
-    def __post_init__(self):
-        object.__setattr__(self, "mass", positive(self.mass, "mass", "kg"))
-        object.__setattr__(self, "inertia", inertia_module.as_matrix(self.inertia))
-        object.__setattr__(self, "center_of_mass", np.array(three_finite(self.center_of_mass, "center_of_mass")))
+    def __init__(self, mass: float, inertia: ArrayLike, center_of_mass: Vector = ZERO):
+        object.__setattr__(self, "mass", positive(mass, "mass", "kg"))
+        object.__setattr__(self, "inertia", inertia_module.as_matrix(inertia))
+        object.__setattr__(self, "center_of_mass", np.array(three_finite(center_of_mass, "center_of_mass")))
 
     def body(self) -> Body:
         """The Body of this mass distribution. Raises ValueError where it has no extent in some direction."""
         return Body(self.mass, self.inertia, self.center_of_mass)
 
-    def placed(self, position: ArrayLike = (0.0, 0.0, 0.0), q: ArrayLike = (1.0, 0.0, 0.0, 0.0)) -> "MassProperties":
+    def placed(self, position: Vector = ZERO, q: ArrayLike = (1.0, 0.0, 0.0, 0.0)) -> "MassProperties":
         """The same thing in another frame, in which its own frame has this position [m] and attitude; theory (2.4.11).
 
         ``q`` (w, x, y, z) takes components in its axes to those of the other frame. Raises ValueError for a bad value.
@@ -55,7 +56,7 @@ class MassProperties:
         center = np.array(three_finite(position, "position")) + rotation.rotate(q, self.center_of_mass)
         return MassProperties(self.mass, inertia_module.turned(self.inertia, q), center)
 
-    def inertia_about(self, point: ArrayLike = (0.0, 0.0, 0.0)) -> NDArray:
+    def inertia_about(self, point: Vector = ZERO) -> Floats:
         """Inertia [kg m²], shape (3, 3), about ``point`` [m, frame's axes]: the parallel-axis theorem."""
         arm = np.array(three_finite(point, "point")) - self.center_of_mass
         return inertia_module.about_point(self.inertia, self.mass, arm)
@@ -83,8 +84,8 @@ def combine(parts: Iterable[MassProperties]) -> MassProperties:
     if not parts:
         raise ValueError("an assembly has no parts; give at least one")
     mass = sum(part.mass for part in parts)
-    center = sum(part.mass * part.center_of_mass for part in parts) / mass
-    return MassProperties(mass, sum(part.inertia_about(center) for part in parts), center)
+    center = sum((part.mass * part.center_of_mass for part in parts), np.zeros(3)) / mass
+    return MassProperties(mass, sum((part.inertia_about(center) for part in parts), np.zeros((3, 3))), center)
 
 
 def mass_of(volume: float, mass: float | None, density: float | None) -> float:
@@ -92,8 +93,8 @@ def mass_of(volume: float, mass: float | None, density: float | None) -> float:
 
     Raises ValueError when not exactly one of the two is given, or it is not a finite number greater than zero.
     """
-    if (mass is None) == (density is None):
-        raise ValueError(f"mass {mass} and density {density} are given; give exactly one of them")
-    if density is None:
+    if mass is not None and density is None:
         return positive(mass, "mass", "kg")
-    return positive(positive(density, "density", "kg/m³") * volume, "mass from density and volume", "kg")
+    if density is not None and mass is None:
+        return positive(positive(density, "density", "kg/m³") * volume, "mass from density and volume", "kg")
+    raise ValueError(f"mass {mass} and density {density} are given; give exactly one of them")

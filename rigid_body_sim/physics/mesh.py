@@ -5,9 +5,10 @@ negative, and what is outside the solid cancels; the integrals over a tetrahedro
 """
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from . import inertia
+from .arrays import Floats, Integers
 from .mass_properties import MassProperties, mass_of
 
 # A volume this small beside area times extent is the round-off of a surface that encloses nothing.
@@ -52,21 +53,21 @@ def of_mesh(
     return MassProperties(total, tensor, middle + from_middle)
 
 
-def _tetrahedra(corners: NDArray, indices: NDArray) -> tuple[NDArray, NDArray]:
+def _tetrahedra(corners: Floats, indices: Integers) -> tuple[Floats, Floats]:
     """Signed volumes [m³], shape (m,), of the tetrahedra over the triangles, and these, shape (m, 3, 3)."""
     tetrahedra = corners[indices]
     a, b, c = tetrahedra.transpose(1, 0, 2)
     return np.einsum("ij,ij->i", a, np.cross(b, c)) / 6.0, tetrahedra
 
 
-def _second_moment(volumes: NDArray, tetrahedra: NDArray) -> NDArray:
+def _second_moment(volumes: Floats, tetrahedra: Floats) -> Floats:
     """∭ r rᵀ dV [m⁵], shape (3, 3): V/20 (Σ v vᵀ + s sᵀ) for a tetrahedron of corners v, one at 0, and s = Σ v."""
     corners = np.einsum("i,ika,ikb->ab", volumes, tetrahedra, tetrahedra)
     sums = tetrahedra.sum(axis=1)
     return (corners + (volumes[:, None] * sums).T @ sums) / 20.0
 
 
-def _checked(vertices: ArrayLike, triangles: ArrayLike) -> tuple[NDArray, NDArray]:
+def _checked(vertices: ArrayLike, triangles: ArrayLike) -> tuple[Floats, Integers]:
     corners, indices = np.asarray(vertices, float), np.asarray(triangles)
     if corners.ndim != 2 or corners.shape[1] != 3 or indices.ndim != 2 or indices.shape[1] != 3 or not len(indices):
         raise ValueError(
@@ -85,7 +86,7 @@ def _checked(vertices: ArrayLike, triangles: ArrayLike) -> tuple[NDArray, NDArra
     return corners, indices.astype(np.int64)
 
 
-def _check_edges(indices: NDArray) -> None:
+def _check_edges(indices: Integers) -> None:
     """Every edge of a closed surface belongs to two triangles, which run along it in opposite directions."""
     edges = np.concatenate((indices[:, :2], indices[:, 1:], indices[:, (2, 0)]))
     low, high = edges.min(axis=1), edges.max(axis=1)
@@ -102,7 +103,7 @@ def _check_edges(indices: NDArray) -> None:
             raise ValueError("mesh " + reason.format(n=wrong.sum(), edge=edge))
 
 
-def _check_parts(indices: NDArray, volumes: NDArray, corners: NDArray) -> None:
+def _check_parts(indices: Integers, volumes: Floats, corners: Floats) -> None:
     """A closed part that is inside out must be a hole: it lies in the box around a part that is not."""
     names, part = np.unique(_parts(indices, len(corners)), return_inverse=True)
     volume = np.bincount(part, weights=volumes)
@@ -118,7 +119,7 @@ def _check_parts(indices: NDArray, volumes: NDArray, corners: NDArray) -> None:
             )
 
 
-def _parts(indices: NDArray, n: int) -> NDArray:
+def _parts(indices: Integers, n: int) -> Integers:
     """The smallest number of a vertex to which each triangle is connected, shape (m,)."""
     label = np.arange(n)
     while True:
@@ -132,7 +133,7 @@ def _parts(indices: NDArray, n: int) -> NDArray:
             label = label[label]
 
 
-def _check_volume(volume: float, tetrahedra: NDArray) -> None:
+def _check_volume(volume: float, tetrahedra: Floats) -> None:
     a, b, c = tetrahedra.transpose(1, 0, 2)
     area = np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2.0
     if not abs(volume) > _FLAT * area * np.abs(tetrahedra).max():

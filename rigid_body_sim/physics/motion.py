@@ -2,6 +2,7 @@
 
 import math
 
+from .arrays import Floats
 from .compiled import kernel
 from .forces import (
     CARRIED,
@@ -24,7 +25,7 @@ from .state import L, P, Q, X
 
 
 @kernel
-def unit_attitude(y, at):
+def unit_attitude(y: Floats, at: int) -> tuple[float, float, float, float]:
     """The quaternion of the state at ``y[at]``, scaled to unit length: between stages it is not."""
     w, x, y_, z = y[at + Q], y[at + Q + 1], y[at + Q + 2], y[at + Q + 3]
     unit = 1.0 / math.sqrt(w * w + x * x + y_ * y_ + z * z)
@@ -32,21 +33,25 @@ def unit_attitude(y, at):
 
 
 @kernel
-def body_attitude(model, qw, qx, qy, qz):
+def body_attitude(model: Floats, qw: float, qx: float, qy: float, qz: float) -> tuple[float, float, float, float]:
     """Quaternion body axes → world from that of the principal axes."""
     b = Q_BODY_PRINCIPAL
     return qmultiply(qw, qx, qy, qz, model[b], -model[b + 1], -model[b + 2], -model[b + 3])
 
 
 @kernel
-def rates_world(model, y, at, qw, qx, qy, qz):
+def rates_world(
+    model: Floats, y: Floats, at: int, qw: float, qx: float, qy: float, qz: float
+) -> tuple[float, float, float]:
     """Angular velocity in the world: ω = R I₀⁻¹ Rᵀ L."""
     wx, wy, wz = rates_principal(model, qw, qx, qy, qz, y[at + L], y[at + L + 1], y[at + L + 2])
     return qrotate(qw, qx, qy, qz, wx, wy, wz)
 
 
 @kernel
-def loads(model, y, at, qw, qx, qy, qz):
+def loads(
+    model: Floats, y: Floats, at: int, qw: float, qx: float, qy: float, qz: float
+) -> tuple[float, float, float, float, float, float]:
     """Force and torque about the centre of mass, world axes, at the state y[at:at + 13] of unit attitude q."""
     fx, fy, fz = force_world(model, qw, qx, qy, qz)
     tx, ty, tz = torque_principal(model, qw, qx, qy, qz)
@@ -69,7 +74,7 @@ def loads(model, y, at, qw, qx, qy, qz):
 
 
 @kernel
-def derivative(model, y, at, slope, to):
+def derivative(model: Floats, y: Floats, at: int, slope: Floats, to: int) -> None:
     """dY/dt of the state that begins at ``y[at]`` into ``slope[to:to + 13]``; theory (2.6.1) with q for R.
 
     Between the stages of a method q is not of unit length, and a rotation needs it to be: without that, the error
@@ -88,7 +93,9 @@ def derivative(model, y, at, slope, to):
 
 
 @kernel
-def change_of_wrench(model, qw, qx, qy, qz, bx, by, bz):
+def change_of_wrench(
+    model: Floats, qw: float, qx: float, qy: float, qz: float, bx: float, by: float, bz: float
+) -> tuple[float, float, float, float, float, float]:
     """Change of the held wrench's force and torque (world axes) for a small rotation b of the body."""
     fx, fy, fz = qrotate(qw, qx, qy, qz, model[FORCE], model[FORCE + 1], model[FORCE + 2])
     fx, fy, fz = cross(bx, by, bz, fx, fy, fz)
@@ -106,7 +113,7 @@ def change_of_wrench(model, qw, qx, qy, qz, bx, by, bz):
 
 
 @kernel
-def jacobian(model, y, at, taut, out, o):
+def jacobian(model: Floats, y: Floats, at: int, taut: bool, out: Floats, o: int) -> None:
     """Exact Jacobian of (δx, b, δP, δL)' in world axes, 12 rows of 12 in out[o:o + 144], at the state y[at:].
 
     The attitude is counted as exp(b) q from the present one, so its own equation is b' = ω − ½ b × ω + ...; with
@@ -137,7 +144,21 @@ def jacobian(model, y, at, taut, out, o):
 
 
 @kernel
-def _add_resistance(model, y, at, taut, qw, qx, qy, qz, wx, wy, wz, out, o):
+def _add_resistance(
+    model: Floats,
+    y: Floats,
+    at: int,
+    taut: bool,
+    qw: float,
+    qx: float,
+    qy: float,
+    qz: float,
+    wx: float,
+    wy: float,
+    wz: float,
+    out: Floats,
+    o: int,
+) -> None:
     """Rows of P and L: drag and tethers, first by velocity and rates, which then become momenta and attitude."""
     m = model[MASS]
     vx, vy, vz = y[at + P] / m, y[at + P + 1] / m, y[at + P + 2] / m

@@ -12,12 +12,11 @@ their exact derivatives, from which physics.motion builds the Jacobian.
 """
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from .arrays import Floats, Vector
 from .compiled import kernel
 from .rotation import cross, qrotate, qrotate_back, unit_vector
 from .wrench import ZERO, three_finite
@@ -32,10 +31,10 @@ class Drag:
     Raises ValueError for a coefficient that is negative or not finite: drag takes energy out.
     """
 
-    linear: Sequence[float] = ZERO
-    quadratic: Sequence[float] = ZERO
-    angular_linear: Sequence[float] = ZERO
-    angular_quadratic: Sequence[float] = ZERO
+    linear: Vector = ZERO
+    quadratic: Vector = ZERO
+    angular_linear: Vector = ZERO
+    angular_quadratic: Vector = ZERO
 
     def __post_init__(self) -> None:
         for name in ("linear", "quadratic", "angular_linear", "angular_quadratic"):
@@ -64,8 +63,8 @@ class Tether:
     negative or not finite.
     """
 
-    body_point: Sequence[float] = ZERO
-    anchor: Sequence[float] = ZERO
+    body_point: Vector = ZERO
+    anchor: Vector = ZERO
     rest_length: float = 0.0
     stiffness: float = 0.0
     damping: float = 0.0
@@ -80,14 +79,27 @@ class Tether:
                 raise ValueError(f"tether {name} {value:g} is not a finite number of at least 0")
             object.__setattr__(self, name, value)
 
-    def row(self, center_of_mass: NDArray) -> NDArray:
+    def row(self, center_of_mass: Floats) -> Floats:
         """The numbers that the kernels need, shape (10,): the point is taken from the centre of mass."""
         arm = np.subtract(self.body_point, center_of_mass)
         return np.array((*arm, *self.anchor, self.rest_length, self.stiffness, self.damping, self.slack), float)
 
 
 @kernel
-def drag_load(model, d, qw, qx, qy, qz, vx, vy, vz, wx, wy, wz):
+def drag_load(
+    model: Floats,
+    d: int,
+    qw: float,
+    qx: float,
+    qy: float,
+    qz: float,
+    vx: float,
+    vy: float,
+    vz: float,
+    wx: float,
+    wy: float,
+    wz: float,
+) -> tuple[float, float, float, float, float, float]:
     """Force and torque of the drag at ``model[d]``, world axes, from velocity and rates there; q: body → world."""
     ux, uy, uz = qrotate_back(qw, qx, qy, qz, vx, vy, vz)
     sx, sy, sz = qrotate_back(qw, qx, qy, qz, wx, wy, wz)
@@ -113,7 +125,23 @@ def drag_load(model, d, qw, qx, qy, qz, vx, vy, vz, wx, wy, wz):
 
 
 @kernel
-def add_to_row(out, row, s, ax, ay, az, bx, by, bz, cx, cy, cz, wx, wy, wz):
+def add_to_row(
+    out: Floats,
+    row: int,
+    s: float,
+    ax: float,
+    ay: float,
+    az: float,
+    bx: float,
+    by: float,
+    bz: float,
+    cx: float,
+    cy: float,
+    cz: float,
+    wx: float,
+    wy: float,
+    wz: float,
+) -> None:
     """out[row:row + 12] += s (a, b, c, w)."""
     out[row], out[row + 1], out[row + 2] = out[row] + s * ax, out[row + 1] + s * ay, out[row + 2] + s * az
     out[row + 3], out[row + 4], out[row + 5] = out[row + 3] + s * bx, out[row + 4] + s * by, out[row + 5] + s * bz
@@ -122,7 +150,7 @@ def add_to_row(out, row, s, ax, ay, az, bx, by, bz, cx, cy, cz, wx, wy, wz):
 
 
 @kernel
-def add_turning(out, o, ax, ay, az):
+def add_turning(out: Floats, o: int, ax: float, ay: float, az: float) -> None:
     """Three rows of 12 at out[o:]: a vector a that turns with the body changes by b × a with the small rotation b."""
     out[o + 4], out[o + 5] = out[o + 4] + az, out[o + 5] - ay
     out[o + 15], out[o + 17] = out[o + 15] - az, out[o + 17] + ax
@@ -130,7 +158,22 @@ def add_turning(out, o, ax, ay, az):
 
 
 @kernel
-def add_drag_jacobian(model, d, qw, qx, qy, qz, vx, vy, vz, wx, wy, wz, out, o):
+def add_drag_jacobian(
+    model: Floats,
+    d: int,
+    qw: float,
+    qx: float,
+    qy: float,
+    qz: float,
+    vx: float,
+    vy: float,
+    vz: float,
+    wx: float,
+    wy: float,
+    wz: float,
+    out: Floats,
+    o: int,
+) -> None:
     """Add the derivative of ``drag_load`` to six rows of 12 at out[o:]: of force, then torque.
 
     Columns are changes of position, attitude (the small rotation b), velocity and rates, in world axes. Along each body
@@ -152,7 +195,7 @@ def add_drag_jacobian(model, d, qw, qx, qy, qz, vx, vy, vz, wx, wy, wz, out, o):
 
 
 @kernel
-def tether_direction(model, k, x, y, z):
+def tether_direction(model: Floats, k: int, x: float, y: float, z: float) -> tuple[float, float, float]:
     """Unit vector from the anchor of the tether at ``model[k]`` to (x, y, z); zero where that is the anchor itself."""
     nx, ny, nz = x - model[k + 3], y - model[k + 4], z - model[k + 5]
     length = math.sqrt(nx * nx + ny * ny + nz * nz)
@@ -162,7 +205,22 @@ def tether_direction(model, k, x, y, z):
 
 
 @kernel
-def tether_stretch(model, k, x, y, z, rx, ry, rz, vx, vy, vz, wx, wy, wz):
+def tether_stretch(
+    model: Floats,
+    k: int,
+    x: float,
+    y: float,
+    z: float,
+    rx: float,
+    ry: float,
+    rz: float,
+    vx: float,
+    vy: float,
+    vz: float,
+    wx: float,
+    wy: float,
+    wz: float,
+) -> tuple[float, float, float, float, float]:
     """Unit vector from the anchor to the body point, length [m], tension [N] of the tether at ``model[k]``.
 
     All in world axes: centre of mass (x, y, z), arm r to the point, velocity v of the centre of mass, rates w. At
@@ -183,7 +241,23 @@ def tether_stretch(model, k, x, y, z, rx, ry, rz, vx, vy, vz, wx, wy, wz):
 
 
 @kernel
-def tether_load(model, k, qw, qx, qy, qz, x, y, z, vx, vy, vz, wx, wy, wz):
+def tether_load(
+    model: Floats,
+    k: int,
+    qw: float,
+    qx: float,
+    qy: float,
+    qz: float,
+    x: float,
+    y: float,
+    z: float,
+    vx: float,
+    vy: float,
+    vz: float,
+    wx: float,
+    wy: float,
+    wz: float,
+) -> tuple[float, float, float, float, float, float]:
     """Force and torque about the centre of mass of the tether at ``model[k]``, world axes; q: body → world."""
     rx, ry, rz = qrotate(qw, qx, qy, qz, model[k], model[k + 1], model[k + 2])
     nx, ny, nz, _, tension = tether_stretch(model, k, x, y, z, rx, ry, rz, vx, vy, vz, wx, wy, wz)
@@ -193,7 +267,23 @@ def tether_load(model, k, qw, qx, qy, qz, x, y, z, vx, vy, vz, wx, wy, wz):
 
 
 @kernel
-def tether_stiffness(model, k, taut, x, y, z, rx, ry, rz, vx, vy, vz, wx, wy, wz):
+def tether_stiffness(
+    model: Floats,
+    k: int,
+    taut: bool,
+    x: float,
+    y: float,
+    z: float,
+    rx: float,
+    ry: float,
+    rz: float,
+    vx: float,
+    vy: float,
+    vz: float,
+    wx: float,
+    wy: float,
+    wz: float,
+) -> tuple[float, float, float, float, float, float, float, float]:
     """What a tether's force changes with: F, n, g and s such that δF = −s δp − n (g · δp) − damping n (n · δu).
 
     p is where the body point is and u its velocity; n is the unit vector from the anchor. All zero where the tether
@@ -215,7 +305,26 @@ def tether_stiffness(model, k, taut, x, y, z, rx, ry, rz, vx, vy, vz, wx, wy, wz
 
 
 @kernel
-def add_tether_jacobian(model, k, taut, qw, qx, qy, qz, x, y, z, vx, vy, vz, wx, wy, wz, out, o):
+def add_tether_jacobian(
+    model: Floats,
+    k: int,
+    taut: bool,
+    qw: float,
+    qx: float,
+    qy: float,
+    qz: float,
+    x: float,
+    y: float,
+    z: float,
+    vx: float,
+    vy: float,
+    vz: float,
+    wx: float,
+    wy: float,
+    wz: float,
+    out: Floats,
+    o: int,
+) -> None:
     """Add the derivative of ``tether_load`` to six rows of 12 at out[o:]; columns as in ``add_drag_jacobian``.
 
     The arm r turns with the body, so the point moves by δp = δx + b × r and δu = δv + δω × r + ω × (b × r), and with

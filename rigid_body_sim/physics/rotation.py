@@ -8,15 +8,18 @@ into components in the reference frame: ``v_world = rotate(q_world_body, v_body)
 import math
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from .arrays import Floats
 from .compiled import kernel
 
 SMALLEST_NORM = 1e-6  # A quaternion shorter than this says nothing about a direction: most likely it was never set.
 
 
 @kernel
-def qmultiply(aw, ax, ay, az, bw, bx, by, bz):
+def qmultiply(
+    aw: float, ax: float, ay: float, az: float, bw: float, bx: float, by: float, bz: float
+) -> tuple[float, float, float, float]:
     """Product a ⊗ b of two quaternions, theory (2.7.6)."""
     return (
         aw * bw - (ax * bx + ay * by + az * bz),
@@ -27,46 +30,46 @@ def qmultiply(aw, ax, ay, az, bw, bx, by, bz):
 
 
 @kernel
-def cross(ax, ay, az, bx, by, bz):
+def cross(ax: float, ay: float, az: float, bx: float, by: float, bz: float) -> tuple[float, float, float]:
     """Cross product a × b."""
     return ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
 
 
 @kernel
-def unit_vector(i):
+def unit_vector(i: int) -> tuple[float, float, float]:
     """Unit vector along axis 0, 1 or 2."""
     return 1.0 if i == 0 else 0.0, 1.0 if i == 1 else 0.0, 1.0 if i == 2 else 0.0
 
 
 @kernel
-def qrotate(w, x, y, z, vx, vy, vz):
+def qrotate(w: float, x: float, y: float, z: float, vx: float, vy: float, vz: float) -> tuple[float, float, float]:
     """q v q̄ for a unit quaternion, theory (2.7.21): v + w t + u × t with u = (x, y, z) and t = 2 u × v."""
     tx, ty, tz = 2.0 * (y * vz - z * vy), 2.0 * (z * vx - x * vz), 2.0 * (x * vy - y * vx)
     return vx + w * tx + (y * tz - z * ty), vy + w * ty + (z * tx - x * tz), vz + w * tz + (x * ty - y * tx)
 
 
 @kernel
-def qrotate_back(w, x, y, z, vx, vy, vz):
+def qrotate_back(w: float, x: float, y: float, z: float, vx: float, vy: float, vz: float) -> tuple[float, float, float]:
     """q̄ v q for a unit quaternion: the inverse of ``qrotate``."""
     return qrotate(w, -x, -y, -z, vx, vy, vz)
 
 
-def multiply(a: ArrayLike, b: ArrayLike) -> NDArray:
+def multiply(a: ArrayLike, b: ArrayLike) -> Floats:
     """Product a ⊗ b, shape (4,), of two quaternions (w, x, y, z); theory (2.7.6). Rotates by b first, then by a."""
     return np.array(qmultiply(*_quaternion(a), *_quaternion(b)))
 
 
-def add(a: ArrayLike, b: ArrayLike) -> NDArray:
+def add(a: ArrayLike, b: ArrayLike) -> Floats:
     """Sum a + b, shape (4,), component by component; theory (2.7.5)."""
     return np.add(_quaternion(a), _quaternion(b))
 
 
-def subtract(a: ArrayLike, b: ArrayLike) -> NDArray:
+def subtract(a: ArrayLike, b: ArrayLike) -> Floats:
     """Difference a − b, shape (4,), component by component; theory (2.7.5)."""
     return np.subtract(_quaternion(a), _quaternion(b))
 
 
-def conjugate(q: ArrayLike) -> NDArray:
+def conjugate(q: ArrayLike) -> Floats:
     """q̄ = [s, −v], shape (4,); theory (2.7.8)."""
     w, x, y, z = _quaternion(q)
     return np.array((w, -x, -y, -z))
@@ -83,23 +86,23 @@ def norm(q: ArrayLike) -> float:
     return math.hypot(*_quaternion(q))
 
 
-def inverse(q: ArrayLike) -> NDArray:
+def inverse(q: ArrayLike) -> Floats:
     """q⁻¹ = q̄ / (s² + v·v), shape (4,); theory (2.7.10). Raises ValueError for a quaternion without direction."""
     length = _length(q)
     return conjugate(np.asarray(q, float) / length) / length
 
 
-def divide(a: ArrayLike, b: ArrayLike) -> NDArray:
+def divide(a: ArrayLike, b: ArrayLike) -> Floats:
     """Quotient a ⊗ b⁻¹, shape (4,); theory (2.7.7). Raises ValueError where b has no inverse."""
     return multiply(a, inverse(b))
 
 
-def normalize(q: ArrayLike) -> NDArray:
+def normalize(q: ArrayLike) -> Floats:
     """Unit quaternion of the same direction, shape (4,). Raises ValueError when q is not finite or nearly zero."""
     return np.array(_quaternion(q)) / _length(q)
 
 
-def from_axis_angle(axis: ArrayLike, angle: float) -> NDArray:
+def from_axis_angle(axis: ArrayLike, angle: float) -> Floats:
     """Unit quaternion, shape (4,), of the rotation by ``angle`` [rad] about ``axis`` (any length); theory (2.7.20)."""
     x, y, z = _vector(axis, "axis")
     length = math.hypot(x, y, z)
@@ -109,7 +112,7 @@ def from_axis_angle(axis: ArrayLike, angle: float) -> NDArray:
     return np.array((math.cos(0.5 * angle), half * (x / length), half * (y / length), half * (z / length)))
 
 
-def from_roll_pitch_yaw(roll: float, pitch: float, yaw: float) -> NDArray:
+def from_roll_pitch_yaw(roll: float, pitch: float, yaw: float) -> Floats:
     """Unit quaternion, shape (4,), of turns [rad] about the fixed axes x, then y, then z: R_z R_y R_x, as in URDF."""
     about_x, about_y, about_z = (
         from_axis_angle(axis, angle) for axis, angle in zip(np.eye(3), (roll, pitch, yaw), strict=True)
@@ -117,7 +120,7 @@ def from_roll_pitch_yaw(roll: float, pitch: float, yaw: float) -> NDArray:
     return multiply(about_z, multiply(about_y, about_x))
 
 
-def to_axis_angle(q: ArrayLike) -> tuple[NDArray, float]:
+def to_axis_angle(q: ArrayLike) -> tuple[Floats, float]:
     """Axis, shape (3,), of unit length and angle [rad] in [0, π] of a rotation; inverse of theory (2.7.20).
 
     The identity has no axis of its own: (1, 0, 0) is given with the angle 0.
@@ -130,17 +133,17 @@ def to_axis_angle(q: ArrayLike) -> tuple[NDArray, float]:
     return sign * np.array((x, y, z)) / sine, 2.0 * math.atan2(sine, abs(w))
 
 
-def rotate(q: ArrayLike, v: ArrayLike) -> NDArray:
+def rotate(q: ArrayLike, v: ArrayLike) -> Floats:
     """Rot(q, v) = q v q⁻¹, shape (3,), for a quaternion of any length; theory (2.7.21)."""
     return np.array(qrotate(*normalize(q), *_vector(v, "vector")))
 
 
-def rotate_back(q: ArrayLike, v: ArrayLike) -> NDArray:
+def rotate_back(q: ArrayLike, v: ArrayLike) -> Floats:
     """q⁻¹ v q, shape (3,): the inverse of ``rotate``."""
     return np.array(qrotate_back(*normalize(q), *_vector(v, "vector")))
 
 
-def to_matrix(q: ArrayLike) -> NDArray:
+def to_matrix(q: ArrayLike) -> Floats:
     """Rotation matrix, shape (3, 3), of a quaternion of any length; theory (2.7.27)."""
     w, x, y, z = (float(c) for c in normalize(q))
     return np.array(
@@ -152,7 +155,7 @@ def to_matrix(q: ArrayLike) -> NDArray:
     )
 
 
-def from_matrix(R: ArrayLike) -> NDArray:
+def from_matrix(R: ArrayLike) -> Floats:
     """Unit quaternion, shape (4,), of a rotation matrix (3, 3): the row of 4 q qᵀ with the largest diagonal entry.
 
     Source: Shepperd, J. Guidance and Control 1 (1978) 223. Raises ValueError when R is not orthogonal to 1e-6, or a
@@ -171,7 +174,7 @@ def from_matrix(R: ArrayLike) -> NDArray:
     return normalize(max(enumerate(rows), key=lambda row: row[1][row[0]])[1])
 
 
-def to_homogeneous(q: ArrayLike, translation: ArrayLike = (0.0, 0.0, 0.0)) -> NDArray:
+def to_homogeneous(q: ArrayLike, translation: ArrayLike = (0.0, 0.0, 0.0)) -> Floats:
     """Homogeneous matrix, shape (4, 4), of a rotation and the ``translation`` [m] after it; theory (2.7.27).
 
     Points are columns (x, y, z, 1). Raises ValueError for a quaternion without direction or a wrong shape.
@@ -182,7 +185,7 @@ def to_homogeneous(q: ArrayLike, translation: ArrayLike = (0.0, 0.0, 0.0)) -> ND
     return matrix
 
 
-def from_homogeneous(matrix: ArrayLike) -> tuple[NDArray, NDArray]:
+def from_homogeneous(matrix: ArrayLike) -> tuple[Floats, Floats]:
     """Unit quaternion, shape (4,), and translation [m], shape (3,): the inverse of ``to_homogeneous``.
 
     Raises ValueError when the matrix is not (4, 4), its last row is not (0, 0, 0, 1) or its upper left is no rotation.
@@ -193,7 +196,7 @@ def from_homogeneous(matrix: ArrayLike) -> tuple[NDArray, NDArray]:
     return from_matrix(given[:3, :3]), given[:3, 3].copy()
 
 
-def to_matrix_4x4(q: ArrayLike) -> NDArray:
+def to_matrix_4x4(q: ArrayLike) -> Floats:
     """Matrix of a quaternion of any length, shape (4, 4); theory (2.7.25). Its first row is the quaternion.
 
     Sums and products of these matrices are those of the quaternions: 1, i, j and k become the unit matrix and the
@@ -203,7 +206,7 @@ def to_matrix_4x4(q: ArrayLike) -> NDArray:
     return np.array(((s, x, y, z), (-x, s, -z, y), (-y, z, s, -x), (-z, -y, x, s)))
 
 
-def from_matrix_4x4(matrix: ArrayLike) -> NDArray:
+def from_matrix_4x4(matrix: ArrayLike) -> Floats:
     """Quaternion, shape (4,), of a matrix (4, 4) made as in theory (2.7.25).
 
     Raises ValueError when the matrix differs from that form by more than 1e-12 of its largest entry.
@@ -222,7 +225,7 @@ def angle_between(a: ArrayLike, b: ArrayLike) -> float:
     return to_axis_angle(multiply(conjugate(normalize(a)), normalize(b)))[1]
 
 
-def skew(v: ArrayLike) -> NDArray:
+def skew(v: ArrayLike) -> Floats:
     """Skew matrix v*, shape (3, 3), with v* w = v × w; theory (2.2.3)."""
     a, b, c = _vector(v, "vector")
     return np.array(((0.0, -c, b), (c, 0.0, -a), (-b, a, 0.0)))
@@ -232,7 +235,7 @@ def _length(q: ArrayLike) -> float:
     length = norm(q)
     if not SMALLEST_NORM <= length < math.inf:
         raise ValueError(
-            f"quaternion {[float(c) for c in q]} has norm {length:g}; "
+            f"quaternion {np.asarray(q, float).tolist()} has norm {length:g}; "
             f"an attitude needs finite components and a norm of at least {SMALLEST_NORM:g}, such as (1, 0, 0, 0)"
         )
     return length
@@ -245,7 +248,7 @@ def _quaternion(q: ArrayLike) -> list[float]:
     return values.tolist()
 
 
-def _matrix_4x4(matrix: ArrayLike) -> NDArray:
+def _matrix_4x4(matrix: ArrayLike) -> Floats:
     values = np.asarray(matrix, float)
     if values.shape != (4, 4):
         raise ValueError(f"matrix has shape {values.shape}; four rows of four numbers are needed")

@@ -5,12 +5,13 @@ being a rotation has no place in it. The integrator ``matrix_euler`` takes the s
 """
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from . import rotation
+from .arrays import Floats
 
 
-def euler_step(R: ArrayLike, w_world: ArrayLike, h: float) -> NDArray:
+def euler_step(R: ArrayLike, w_world: ArrayLike, h: float) -> Floats:
     """R + h ω* R, shape (3, 3): one explicit Euler step of R' = ω* R (theory 2.2.4) with ω [rad/s, world] and h [s].
 
     Each step multiplies the determinant by 1 + h² |ω|² and stretches the plane across ω by √(1 + h² |ω|²).
@@ -19,7 +20,7 @@ def euler_step(R: ArrayLike, w_world: ArrayLike, h: float) -> NDArray:
     return R + h * (rotation.skew(w_world) @ R)
 
 
-def nearest_rotation(R: ArrayLike) -> NDArray:
+def nearest_rotation(R: ArrayLike) -> Floats:
     """The rotation matrix nearest to R, shape (3, 3): its polar factor. Raises ValueError for det R ≤ 0.
 
     Unlike the Gram-Schmidt process it prefers none of the axes. Source: Higham, SIAM J. Sci. Stat. Comput. 7 (1986)
@@ -38,7 +39,7 @@ def departure(R: ArrayLike) -> tuple[float, float]:
     return float(np.linalg.det(R)) - 1.0, float(np.abs(R.T @ R - np.eye(3)).max())
 
 
-def spin(w_world: ArrayLike, h: float, steps: int, *, orthonormalise: bool = False) -> NDArray:
+def spin(w_world: ArrayLike, h: float, steps: int, *, orthonormalise: bool = False) -> Floats:
     """The matrix, shape (3, 3), that Euler steps make of the identity at a constant ω [rad/s, world]."""
     R = np.eye(3)
     for _ in range(steps):

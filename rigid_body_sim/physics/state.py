@@ -11,9 +11,10 @@ integrator that knows Rᵀ L better than q says writes it back into them (``alig
 import math
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from . import rotation
+from .arrays import Floats, Vector
 from .compiled import kernel
 from .extended import xrotate_back, xunscale
 from .forces import (
@@ -66,10 +67,10 @@ class State:
 
     def __init__(
         self,
-        position: ArrayLike = (0.0, 0.0, 0.0),
+        position: Vector = (0.0, 0.0, 0.0),
         orientation: ArrayLike = (1.0, 0.0, 0.0, 0.0),
-        velocity: ArrayLike = (0.0, 0.0, 0.0),
-        angular_velocity: ArrayLike = (0.0, 0.0, 0.0),
+        velocity: Vector = (0.0, 0.0, 0.0),
+        angular_velocity: Vector = (0.0, 0.0, 0.0),
     ):
         self.values = np.concatenate(
             (
@@ -82,22 +83,22 @@ class State:
         self.values.flags.writeable = False
 
     @property
-    def position(self) -> NDArray:
+    def position(self) -> Floats:
         """Position [m] of the body frame's origin, world axes, shape (3,)."""
         return self.values[0:3]
 
     @property
-    def orientation(self) -> NDArray:
+    def orientation(self) -> Floats:
         """Unit quaternion (w, x, y, z), body → world, shape (4,)."""
         return self.values[3:7]
 
     @property
-    def velocity(self) -> NDArray:
+    def velocity(self) -> Floats:
         """Velocity [m/s] of the body frame's origin, world axes, shape (3,)."""
         return self.values[7:10]
 
     @property
-    def angular_velocity(self) -> NDArray:
+    def angular_velocity(self) -> Floats:
         """Angular velocity [rad/s], body axes, shape (3,)."""
         return self.values[10:13]
 
@@ -111,22 +112,22 @@ class BodyState(State):
 
     __slots__ = ()
 
-    def __init__(self, values: NDArray):
+    def __init__(self, values: Floats):
         self.values = values
         values.flags.writeable = False
 
     @property
-    def momentum(self) -> NDArray:
+    def momentum(self) -> Floats:
         """Momentum P [kg m/s], world axes, shape (3,)."""
         return self.values[13:16]
 
     @property
-    def angular_momentum(self) -> NDArray:
+    def angular_momentum(self) -> Floats:
         """Angular momentum L [kg m²/s] about the centre of mass, world axes, shape (3,)."""
         return self.values[16:19]
 
 
-def flatten(state: State, model: NDArray) -> NDArray:
+def flatten(state: State, model: Floats) -> Floats:
     """The 26 numbers of a state for the body in ``model`` (see forces.new_model). Raises ValueError on overflow."""
     flat = np.zeros(SIZE)
     px, py, pz, qw, qx, qy, qz, vx, vy, vz, wx, wy, wz = state.values[:13].tolist()
@@ -152,19 +153,19 @@ def _turned_precisely(q: list[float], v: list[float]) -> tuple[list[float], list
     """R v of a quaternion of unit length but for round-off: the nearest floats, and their low-order parts."""
     (w, x, y, z), (a, b, c) = q, v
     qq, qql, *turned = xrotate_back(w, 0.0, -x, 0.0, -y, 0.0, -z, 0.0, a, 0.0, b, 0.0, c, 0.0)
-    pairs = [xunscale(*turned[i : i + 2], qq, qql) for i in (0, 2, 4)]
+    pairs = [xunscale(turned[i], turned[i + 1], qq, qql) for i in (0, 2, 4)]
     return [high for high, _ in pairs], [low for _, low in pairs]
 
 
 @kernel
-def is_thin(model):
+def is_thin(model: Floats) -> bool:
     """Whether the moments differ so much that the low-order parts of q and L count."""
     x, y, z = model[MOMENTS], model[MOMENTS + 1], model[MOMENTS + 2]
     return max(x, y, z) > THIN * min(x, y, z)
 
 
 @kernel
-def body_momentum(state):
+def body_momentum(state: Floats) -> tuple[float, float, float, float, float, float]:
     """Rᵀ L, principal axes, as three extended numbers, with the low-order parts of q and L."""
     i = LOW
     qq, qql, a, al, b, bl, c, cl = xrotate_back(
@@ -190,7 +191,7 @@ def body_momentum(state):
 
 
 @kernel
-def rates(state, model):
+def rates(state: Floats, model: Floats) -> tuple[float, float, float]:
     """Angular velocity of the state in principal axes, to round-off for thin bodies too."""
     if is_thin(model):
         x, _, y, _, z, _ = body_momentum(state)
@@ -201,7 +202,7 @@ def rates(state, model):
 
 
 @kernel
-def align(state, x, xl, y, yl, z, zl):
+def align(state: Floats, x: float, xl: float, y: float, yl: float, z: float, zl: float) -> None:
     """Turn the attitude by the round-off by which Rᵀ L misses the direction of (x, y, z), extended, principal axes."""
     a, al, b, bl, c, cl = body_momentum(state)
     size = max(abs(a), abs(b), abs(c))
@@ -220,7 +221,7 @@ def align(state, x, xl, y, yl, z, zl):
 
 
 @kernel
-def read_pose(state, model):
+def read_pose(state: Floats, model: Floats) -> tuple[float, float, float, float, float, float, float]:
     """(x, y, z, qw, qx, qy, qz) of the body frame in the world; its origin is at o = x − R c, with c in body axes."""
     b = Q_BODY_PRINCIPAL
     qw, qx, qy, qz = qmultiply(
@@ -232,7 +233,29 @@ def read_pose(state, model):
 
 
 @kernel
-def read_motion(state, model):
+def read_motion(
+    state: Floats, model: Floats
+) -> tuple[
+    float,
+    float,
+    float,
+    float,
+    float,
+    float,
+    float,
+    float,
+    float,
+    float,
+    float,
+    float,
+    float,
+    float,
+    float,
+    float,
+    float,
+    float,
+    float,
+]:
     """Pose (7) of the body frame, then velocity of its origin and ω in world axes (6), then both in body axes (6).
 
     The velocity of the origin is v_o = P/m − R (ω × c), with c and ω in body axes.
@@ -250,7 +273,7 @@ def read_motion(state, model):
 
 
 @kernel
-def read_out(state, model, out):
+def read_out(state: Floats, model: Floats, out: Floats) -> None:
     """Fill ``out`` (19) with position, orientation, velocity, angular velocity, momentum and angular momentum."""
     px, py, pz, qw, qx, qy, qz, vx, vy, vz, _, _, _, _, _, _, wx, wy, wz = read_motion(state, model)
     out[0], out[1], out[2] = px, py, pz
@@ -263,7 +286,7 @@ def read_out(state, model, out):
 
 
 @kernel
-def add_compensated(state, i, d):
+def add_compensated(state: Floats, i: int, d: float) -> None:
     """state[i] += d, keeping what round-off would drop in the low-order part: Knuth's TwoSum (TAOCP vol. 2, 4.2.2)."""
     high = state[i]
     d += state[LOW + i]
@@ -274,7 +297,7 @@ def add_compensated(state, i, d):
 
 
 @kernel
-def add_impulse(state, model):
+def add_impulse(state: Floats, model: Floats) -> None:
     """Add to P and L the impulse J [N s] and its moment [N m s] that ``model`` holds as its wrench, without gravity.
 
     They are those of the wrench at the present attitude: ΔP = J, ΔL = r × J about the centre of mass, theory (2.3.4).
@@ -293,7 +316,7 @@ def add_impulse(state, model):
 
 
 @kernel
-def add_to_attitude(state, dw, dx, dy, dz):
+def add_to_attitude(state: Floats, dw: float, dx: float, dy: float, dz: float) -> None:
     """Add to the quaternion and scale it to unit length; when nothing is added, not one bit changes."""
     if dw == 0.0 and dx == 0.0 and dy == 0.0 and dz == 0.0:
         return
@@ -303,14 +326,14 @@ def add_to_attitude(state, dw, dx, dy, dz):
 
 
 @kernel
-def copy(source, at, target, to):
+def copy(source: Floats, at: int, target: Floats, to: int) -> None:
     """Copy the 26 numbers of a state from source[at:] to target[to:]."""
     for i in range(SIZE):
         target[to + i] = source[at + i]
 
 
 @kernel
-def is_finite(state):
+def is_finite(state: Floats) -> bool:
     """Whether all 13 numbers are finite, and the attitude is one.
 
     x − x is 0 for finite numbers and NaN for others. A change of the quaternion whose square overflows leaves it zero.

@@ -3,20 +3,20 @@
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from .arrays import Floats
 from .compiled import kernel
 from .forces import reduce_wrench
 from .motion import jacobian
 
 
 @kernel
-def _taut_jacobian(state, model, out):
+def _taut_jacobian(state: Floats, model: Floats, out: Floats) -> None:
     reduce_wrench(model)
     jacobian(model, state, 0, True, out, 0)
 
 
-def spectral_radius(state: NDArray, model: NDArray) -> float:
+def spectral_radius(state: Floats, model: Floats) -> float:
     """Largest modulus [1/s] of the eigenvalues of the Jacobian at a flat state, with every tether counted as taut.
 
     So a tether that is slack now, and will pull later, counts; quadratic drag counts at the present speed, and a spin

@@ -3,8 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from numpy.typing import NDArray
-
+from .arrays import Floats, Vector
 from .body import Body
 from .forces import new_model
 from .resistance import NO_DRAG, Drag, Tether
@@ -21,7 +20,7 @@ class Terms:
     """
 
     body: Body
-    gravity: Sequence[float] = ZERO
+    gravity: Vector = ZERO
     drag: Drag = NO_DRAG
     tethers: Sequence[Tether] = ()
     forces: Sequence[PointForce] = ()
@@ -51,7 +50,7 @@ class Terms:
         center = tuple(self.body.center_of_mass.tolist())
         return any(any(force) and point != center for point, force in self.forces)
 
-    def model(self, wrench: Wrench) -> NDArray:
+    def model(self, wrench: Wrench) -> Floats:
         """The kernels' view of all this and a held wrench."""
         return new_model(self.body, self.gravity, wrench, self.drag, self.tethers, self.rtol, self.forces)
 

@@ -4,8 +4,8 @@ import math
 from collections.abc import Iterable, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from .arrays import Floats, Vector
 from .rotation import cross, qrotate_back
 
 PointForce = tuple[Sequence[float], Sequence[float]]  # where [m, body axes from its origin], force there [N, world]
@@ -50,7 +50,7 @@ class Wrench:
             tx, ty, tz = torque_body
             gx, gy, gz = force_world
             ux, uy, uz = torque_world
-            values = (fx, fy, fz, tx, ty, tz, gx, gy, gz, ux, uy, uz)
+            values: tuple[float, ...] = (fx, fy, fz, tx, ty, tz, gx, gy, gz, ux, uy, uz)
             total = fx + fy + fz + tx + ty + tz + gx + gy + gz + ux + uy + uz
             finite = _LEAST < total < _MOST
         except (TypeError, ValueError, OverflowError):
@@ -63,22 +63,22 @@ class Wrench:
         self.points = tuple(map(_point, points)) if points is not NO_POINTS else NO_POINTS
 
     @property
-    def force_body(self) -> NDArray:
+    def force_body(self) -> Floats:
         """Force [N] at the body frame's origin, body axes, shape (3,)."""
         return np.array(self.values[0:3], float)
 
     @property
-    def torque_body(self) -> NDArray:
+    def torque_body(self) -> Floats:
         """Torque [N m], body axes, shape (3,)."""
         return np.array(self.values[3:6], float)
 
     @property
-    def force_world(self) -> NDArray:
+    def force_world(self) -> Floats:
         """Force [N] at the centre of mass, world axes, shape (3,)."""
         return np.array(self.values[6:9], float)
 
     @property
-    def torque_world(self) -> NDArray:
+    def torque_world(self) -> Floats:
         """Torque [N m], world axes, shape (3,)."""
         return np.array(self.values[9:12], float)
 
@@ -98,7 +98,8 @@ class Wrench:
         tx, ty, tz = tx + ux, ty + uy, tz + uz
         for arm, force in ((center_of_mass, self.values[6:9]), *self.points):
             gx, gy, gz = qrotate_back(*q, *force)
-            ux, uy, uz = cross(*arm, gx, gy, gz)
+            ax, ay, az = arm
+            ux, uy, uz = cross(ax, ay, az, gx, gy, gz)
             fx, fy, fz = fx + gx, fy + gy, fz + gz
             tx, ty, tz = tx + ux, ty + uy, tz + uz
         return fx, fy, fz, tx, ty, tz
@@ -106,7 +107,7 @@ class Wrench:
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Wrench) and self.values == other.values and self.points == other.points
 
-    __hash__ = None
+    __hash__ = None  # type: ignore[assignment]  # Python's own way to say: not hashable
 
     def __repr__(self) -> str:
         f, t, g, u = (self.values[i : i + 3] for i in (0, 3, 6, 9))
@@ -133,7 +134,7 @@ def total(wrenches: Iterable[Wrench]) -> Wrench:
     return Wrench(values[0:3], values[3:6], values[6:9], values[9:12], points or NO_POINTS)
 
 
-def three_finite(value: Sequence[float], name: str) -> tuple[float, float, float]:
+def three_finite(value: Vector, name: str) -> tuple[float, float, float]:
     """``value`` as three finite floats. Raises ValueError, naming ``name``, when it is anything else."""
     try:
         numbers = () if isinstance(value, str | bytes) else tuple(float(component) for component in value)

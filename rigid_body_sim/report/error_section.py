@@ -134,15 +134,15 @@ def _comparison(goals: dict[str, dict[str, Any]], what: str, words: str, wanted:
 
 def _ends(ratios: dict[str, float]) -> list[str]:
     """The names of the least and the greatest ratio, one when they are the same."""
-    return list(dict.fromkeys((min(ratios, key=ratios.get), max(ratios, key=ratios.get))))
+    return list(dict.fromkeys((min(ratios, key=ratios.__getitem__), max(ratios, key=ratios.__getitem__))))
 
 
 def conclusion(found: Sequence[Point]) -> str:
     """What a reader should take from a problem's picture, from its points."""
-    level = next((level for level in reversed(LEVELS) if frontier.cheapest(found, level)), None)
-    if level is None:
+    reached = ((level, frontier.cheapest(found, level)) for level in reversed(LEVELS))
+    level, best = next((one for one in reached if one[1]), (0.0, None))
+    if best is None:
         return f"No method reaches an error of {LEVELS[0]:.0e}."
-    best = frontier.cheapest(found, level)
     said = (
         f"The cheapest way to {level:.0e} is `{best['method']}` with {MICRO * best['cpu']:.3g} µs per simulated second"
     )
@@ -162,8 +162,8 @@ def _overview_table(results: Results, names: Iterable[str]) -> Table:
         for kind in (LIBRARY, SIMULATOR):
             row += _other([p for p in found if p["kind"] == kind], AT, mine)
         rows.append((*row, min((p["error"] for p in found if p["method"] in BEST), default=None)))
-    columns = ("problem", "taylor or auto, µs/s", "best other library", "times the cost", "best simulator")
-    columns = (*columns, "times that cost", "least error of taylor or auto")
+    columns: tuple[str, ...] = ("problem", "taylor or auto, µs/s", "best other library", "times the cost")
+    columns = (*columns, "best simulator", "times that cost", "least error of taylor or auto")
     return Table("error_overview", columns, rows, f"CPU time per simulated second at an error of {AT:.0e}.")
 
 
@@ -178,8 +178,8 @@ def _cheapest_table(results: Results, names: Iterable[str]) -> Table:
             simulators = [p for p in others if p["kind"] == SIMULATOR]
             compared = (*_other(others, level, mine), *_other(simulators, level, mine))
             rows.append((name, level, *_way(best), *_way(mine), *compared))
-    columns = ("problem", "error", "cheapest", "µs/s", "taylor or auto", "µs/s of it", "best peer", "times its cost")
-    columns = (*columns, "best simulator", "times the cost")
+    columns: tuple[str, ...] = ("problem", "error", "cheapest", "µs/s", "taylor or auto", "µs/s of it", "best peer")
+    columns = (*columns, "times its cost", "best simulator", "times the cost")
     return Table("error_cheapest", columns, rows, "The cheapest way to an error, and what others pay for the same.")
 
 

@@ -58,7 +58,7 @@ class LeftOut:
 
     def render(self, results: Results, folder: Path) -> list[Block]:
         """A table of plans, a picture of their costs, the difference in the result, and what the node adds."""
-        plans = {tuple(key.split("/")[1:]): one for key, one in finished(results, "plan/").items()}
+        plans = {_scene_and_command(key): one for key, one in finished(results, "plan/").items()}
         if not plans:
             return []
         return [
@@ -71,6 +71,11 @@ class LeftOut:
             Paragraph(conclusion(plans)),
             *_node_blocks(results.get("node", {})),
         ]
+
+
+def _scene_and_command(key: str) -> tuple[str, str]:
+    _, scene, command = key.split("/")
+    return scene, command
 
 
 def measure(path: Path, command: str, rounds: int) -> Result:

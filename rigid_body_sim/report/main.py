@@ -3,8 +3,9 @@
 import argparse
 import contextlib
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
+from typing import Any
 
 from .. import integrators
 from ..physics import compiled
@@ -13,7 +14,7 @@ from .error_section import ErrorSection
 from .left_out import LeftOut
 from .peers import PEERS
 from .problems import TITLES
-from .section import FAILED, Measurement, Results, Section, Settings
+from .section import FAILED, Measurement, Result, Results, Section, Settings
 from .stability.section import Stability
 from .store import Store, StoreError
 
@@ -64,7 +65,7 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
-def _names(choices: Sequence[str]):
+def _names(choices: Sequence[str]) -> Callable[[str], tuple[str, ...]]:
     def read(text: str) -> tuple[str, ...]:
         given = tuple(filter(None, text.split(",")))
         if wrong := [name for name in given if name not in choices]:
@@ -109,7 +110,7 @@ def _measure(store: Store, wanted: Sequence[tuple[Section, Measurement]]) -> Non
 
 
 @contextlib.contextmanager
-def _progress(total: float) -> Iterator:
+def _progress(total: float) -> Iterator[Any]:
     from tqdm import tqdm
 
     shape = "{desc} {percentage:3.0f}%|{bar}| {elapsed} gone, {remaining} left"
@@ -117,7 +118,7 @@ def _progress(total: float) -> Iterator:
         yield bar
 
 
-def _result(measurement: Measurement) -> dict:
+def _result(measurement: Measurement) -> Result:
     """Its result, or what it raised: one measurement that fails does not end the others."""
     try:
         return measurement.run()

@@ -84,13 +84,14 @@ def _no_more_to_gain(found: Sequence[float | None]) -> bool:
         return False
     if found[-1] < FLOOR:
         return len(found) > 1
-    last = found[-3:]
-    return len(last) == 3 and None not in last and last[0] < last[1] < last[2] and last[0] < 1e-9
+    last = [error for error in found[-3:] if error is not None]
+    return len(last) == 3 and last[0] < last[1] < last[2] and last[0] < 1e-9
 
 
 def _times(run: Run, duration: float, quick: bool) -> dict[str, float]:
     """Process CPU time [s] per simulated second: median and quartiles of the repeats, and how many there were."""
-    enough, used = LONG_ENOUGH / 5 if quick else LONG_ENOUGH, []
+    enough = LONG_ENOUGH / 5 if quick else LONG_ENOUGH
+    used: list[float] = []
     gc.disable()
     try:
         while sum(used) < LONG_RUN and (len(used) < FEWEST or (sum(used) < enough and len(used) < MOST)):

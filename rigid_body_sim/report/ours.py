@@ -73,7 +73,7 @@ class _Run:
             gravity=problem.gravity,
             integrator=name,
             drag=problem.drag,
-            **({"rtol": value} if adaptive else {}),
+            rtol=value if adaptive else Terms.rtol,
         )
 
     def restart(self) -> None:

@@ -7,6 +7,7 @@ each`` is the kernel called for every step, less what an empty call costs.
 import statistics
 import sys
 from collections.abc import Callable, Mapping
+from typing import Any
 
 import numpy as np
 
@@ -26,7 +27,10 @@ LEAST = 1e-9  # s: what cannot be told from an empty call
 TINY = 1e-30  # switches a term on and changes no digit
 
 FULL_WRENCH = Wrench(
-    *np.full((4, 3), TINY).tolist(),
+    (TINY,) * 3,
+    (TINY,) * 3,
+    (TINY,) * 3,
+    (TINY,) * 3,
     points=[((0.3, 0.1, 0.2), (TINY, 0.0, 0.0)), ((0.1, 0.2, 0.3), (0.0, TINY, 0.0))],
 )
 STIFF_TETHER = Tether(anchor=(0.0, 0.0, 1.0), rest_length=1.0, stiffness=1e8, damping=1e5)
@@ -37,7 +41,7 @@ def simulations() -> dict[str, Simulation]:
     general, spinning = Body(2.0, MOMENTS), State(angular_velocity=SPIN)
     sphere, symmetric = Body(2.0, (0.2,) * 3), Body(2.0, (0.1, 0.1, 0.2))
     torque = Wrench(torque_body=(1e-4, 2e-4, 1e-4))
-    made = {
+    made: dict[str, tuple[Body, State, Wrench, dict[str, Any]]] = {
         "full wrench (taylor)": (general, spinning, FULL_WRENCH, {"integrator": "taylor"}),
         "full, with drag and tether": (general, spinning, FULL_WRENCH, {"tethers": [Tether()]}),
         "point mass": (general, State(), Wrench(force_world=(1.0, 2.0, 3.0)), {}),
@@ -53,7 +57,7 @@ def simulations() -> dict[str, Simulation]:
     return {name: _simulation(*one) for name, one in made.items()}
 
 
-def _simulation(body: Body, state: State, wrench: Wrench, options: dict[str, object]) -> Simulation:
+def _simulation(body: Body, state: State, wrench: Wrench, options: dict[str, Any]) -> Simulation:
     simulation = Simulation(body, state, gravity=GRAVITY, **options)
     simulation.set_wrench(wrench)
     return simulation

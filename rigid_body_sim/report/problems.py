@@ -10,8 +10,8 @@ from functools import cache, cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..physics.arrays import Floats, Vector
 from ..physics.body import Body
 from ..physics.resistance import NO_DRAG, Drag
 from ..physics.state import State
@@ -34,10 +34,10 @@ TITLES = {  # in the order of the page
 class End:
     """State of the body at the end of a run: position and velocity [world], (w, x, y, z), ω [rad/s, body axes]."""
 
-    position: tuple[float, ...]
-    orientation: tuple[float, ...]
-    velocity: tuple[float, ...]
-    angular_velocity: tuple[float, ...]
+    position: Vector
+    orientation: Vector
+    velocity: Vector
+    angular_velocity: Vector
 
 
 @dataclass(frozen=True)
@@ -70,7 +70,7 @@ class Problem:
         return len(self.wrenches) * self.hold
 
     @cached_property
-    def end(self) -> dict[str, NDArray]:
+    def end(self) -> dict[str, Floats]:
         """The reference end state, as long doubles."""
         return {name: _long(values) for name, values in self.digits.items() if name != "time"}
 
@@ -102,8 +102,8 @@ def problem(name: str) -> Problem:
 
 
 def _wrench(held: dict[str, Any]) -> Wrench:
-    vectors = (held[part].tolist() for part in ("force_body", "torque_body", "force_world", "torque_world"))
-    return Wrench(*vectors, points=[tuple(map(tuple, pair)) for pair in held["points"].tolist()])
+    parts = {part: held[part].tolist() for part in ("force_body", "torque_body", "force_world", "torque_world")}
+    return Wrench(**parts, points=[(point, force) for point, force in held["points"].tolist()])
 
 
 def errors(problem: Problem, end: End) -> dict[str, float | None]:
@@ -130,31 +130,31 @@ def errors(problem: Problem, end: End) -> dict[str, float | None]:
     return {name: float(value) if np.isfinite(value) else None for name, value in found.items()}
 
 
-def _long(values: Any) -> NDArray:
+def _long(values: Any) -> Floats:
     return np.array([np.longdouble(value) for value in values])
 
 
-def _motion(true: dict[str, NDArray]) -> tuple[NDArray, NDArray]:
+def _motion(true: dict[str, Floats]) -> tuple[Floats, Floats]:
     return true["velocity"], true["angular_velocity"]
 
 
-def _energies(body: Body, v: NDArray, w: NDArray) -> NDArray:
+def _energies(body: Body, v: Floats, w: Floats) -> Floats:
     return np.array([body.mass * (v @ v) + w @ body.inertia @ w]) / 2
 
 
-def _relative(found: NDArray, true: NDArray, scale: NDArray) -> float:
+def _relative(found: Floats, true: Floats, scale: Floats) -> float:
     """|found − true| / |scale|; absolute where the scale is zero."""
     size = np.sqrt(scale @ scale)
     difference = found - true
-    return np.sqrt(difference @ difference) / (size if size > 0.0 else 1.0)
+    return float(np.sqrt(difference @ difference) / (size if size > 0.0 else 1.0))
 
 
-def _angle_between(p: NDArray, q: NDArray) -> float:
+def _angle_between(p: Floats, q: Floats) -> float:
     """Angle [rad] of the turn p̄ q, to round-off for small ones too."""
     vector = p[0] * q[1:] - q[0] * p[1:] - np.cross(p[1:], q[1:])
     return 2.0 * np.arctan2(np.sqrt(vector @ vector), abs(p @ q))
 
 
-def _turned(q: NDArray, v: NDArray) -> NDArray:
+def _turned(q: Floats, v: Floats) -> Floats:
     once = np.cross(q[1:], v)
     return v + 2.0 * (q[0] * once + np.cross(q[1:], once))

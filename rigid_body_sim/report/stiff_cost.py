@@ -12,10 +12,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 from ..physics import motion
+from ..physics.arrays import Floats
 from ..physics.body import Body
 from ..physics.forces import new_model, reduce_wrench
 from ..physics.resistance import NO_DRAG, Drag, Tether
@@ -65,7 +65,7 @@ SCENES = {
 }
 
 
-def rosenbrock(scene: Scene, rtol: float) -> Callable[[], NDArray]:
+def rosenbrock(scene: Scene, rtol: float) -> Callable[[], Floats]:
     """What runs rosenbrock to the end and gives the state (x, q, P, L) there, shape (13,)."""
     sim = Simulation(
         scene.body,
@@ -79,20 +79,20 @@ def rosenbrock(scene: Scene, rtol: float) -> Callable[[], NDArray]:
     )
     sim.set_wrench(Wrench(force_world=scene.force_world))
 
-    def run() -> NDArray:
+    def run() -> Floats:
         sim.step(round(SECONDS * RATE))
         return np.array(sim.save().state[:LOW])
 
     return run
 
 
-def right_hand_side(scene: Scene) -> Callable[[float, NDArray], NDArray]:
+def right_hand_side(scene: Scene) -> Callable[[float, Floats], Floats]:
     """dY/dt of Y = (x, q, P, L) in numpy."""
     drag, force = scene.drag, np.array(scene.force_world) + scene.mass * GRAVITY
     moments = np.array(scene.moments)
     linear, quadratic, angular, angular_quadratic = np.reshape(drag.values, (4, 3))
 
-    def slope(_: float, y: NDArray) -> NDArray:
+    def slope(_: float, y: Floats) -> Floats:
         q = y[3:7] / math.sqrt(y[3:7] @ y[3:7])
         R = to_matrix(q)
         v_body, w_body = R.T @ y[7:10] / scene.mass, (R.T @ y[10:13]) / moments
@@ -111,13 +111,13 @@ def right_hand_side(scene: Scene) -> Callable[[float, NDArray], NDArray]:
     return slope
 
 
-def exact_jacobian(scene: Scene) -> Callable[[float, NDArray], NDArray]:
+def exact_jacobian(scene: Scene) -> Callable[[float, Floats], Floats]:
     """The Jacobian of ``right_hand_side``, 13 x 13, from that of motion.jacobian: δq = ½ E b and q' = ½ E ω."""
     model = new_model(scene.body, GRAVITY, Wrench(force_world=scene.force_world), scene.drag, scene.tethers)
     reduce_wrench(model)
     flat = np.zeros(144)
 
-    def jacobian(_: float, y: NDArray) -> NDArray:
+    def jacobian(_: float, y: Floats) -> Floats:
         motion.jacobian(model, y, 0, False, flat, 0)
         rows = flat.reshape(12, 12)
         w = rows[3:6, 9:12] @ y[10:13]
@@ -134,7 +134,7 @@ def exact_jacobian(scene: Scene) -> Callable[[float, NDArray], NDArray]:
     return jacobian
 
 
-def radau(scene: Scene, rtol: float) -> Callable[[], NDArray]:
+def radau(scene: Scene, rtol: float) -> Callable[[], Floats]:
     """The same by SciPy's Radau with the exact Jacobian; its absolute tolerance is a tenth of the relative."""
     model = new_model(scene.body, GRAVITY, Wrench())
     begin = flatten(scene.state, model)[:LOW]
@@ -144,7 +144,7 @@ def radau(scene: Scene, rtol: float) -> Callable[[], NDArray]:
 
 
 def measured(
-    method: Callable[[Scene, float], Callable[[], NDArray]], scene: Scene, exact: NDArray
+    method: Callable[[Scene, float], Callable[[], Floats]], scene: Scene, exact: Floats
 ) -> list[tuple[float, float]]:
     """Error (largest of position [m], quaternion and velocities) and CPU time [s] at each tolerance."""
     weights = 1.0 / np.array((1.0,) * 7 + (scene.mass,) * 3 + (min(scene.moments),) * 3)

@@ -3,7 +3,6 @@
 A quaternion is w, x, y, z inside and x, y, z, w in messages: the order changes here.
 """
 
-import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -19,6 +18,7 @@ from rclpy.serialization import serialize_message
 
 from ..physics.body import Body
 from ..physics.rotation import qmultiply, qrotate, qrotate_back
+from ..scene import file_path
 from ..scene.loader import Scene
 from ..simulation import Simulation
 from . import cdr
@@ -185,7 +185,7 @@ def _marker(scene: Scene, simulation: Simulation) -> Output:
     kind, size, point, q = _look(scene, shown)
     message.type = getattr(Marker, kind)
     if kind == "MESH_RESOURCE":
-        message.mesh_resource = f"file://{os.path.abspath(scene['body.mesh_file'])}"
+        message.mesh_resource = file_path.url(scene["body.mesh_file"])
 
     def values(motion: Motion) -> Numbers:
         nonlocal shown, size, point, q

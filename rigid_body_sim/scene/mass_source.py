@@ -8,6 +8,7 @@ from ..physics.mass_properties import MassProperties
 from ..physics.mesh import of_mesh
 from ..physics.shapes import SHAPES
 from . import mesh_file, urdf
+from .file_path import located
 
 _SOURCES = ("body.shape", "body.mesh_file", "body.urdf_file")
 _NEEDS = {  # a parameter, and those of which it needs one
@@ -47,7 +48,7 @@ def resolve(values: Mapping[str, Any], given: Mapping[str, Any], folder: str | o
 
 
 def _followed(source: str, values: Mapping[str, Any], properties: MassProperties) -> dict[str, Any]:
-    found = {"body.inertia": tuple(properties.body().inertia_entries.tolist())}
+    found: dict[str, Any] = {"body.inertia": tuple(properties.body().inertia_entries.tolist())}
     if source == "body.urdf_file" or values["body.density"]:
         found["body.mass"] = properties.mass
     if source != "body.shape":
@@ -72,11 +73,11 @@ def _of_shape(values: Mapping[str, Any], _: str | os.PathLike[str]) -> MassPrope
 
 
 def _of_mesh_file(values: Mapping[str, Any], folder: str | os.PathLike[str]) -> MassProperties:
-    return of_mesh(*mesh_file.read(_path(values["body.mesh_file"], folder)), *_amount(values))
+    return of_mesh(*mesh_file.read(located(values["body.mesh_file"], folder)), *_amount(values))
 
 
 def _of_urdf(values: Mapping[str, Any], folder: str | os.PathLike[str]) -> MassProperties:
-    return urdf.read(_path(values["body.urdf_file"], folder), values["body.urdf_link"])
+    return urdf.read(located(values["body.urdf_file"], folder), values["body.urdf_link"])
 
 
 _READERS: dict[str, Callable[[Mapping[str, Any], str | os.PathLike[str]], MassProperties]] = {
@@ -90,12 +91,6 @@ def _amount(values: Mapping[str, Any]) -> tuple[float | None, float | None]:
     """Mass [kg] and density [kg/m³], one of them None."""
     density = values["body.density"]
     return (None, density) if density else (values["body.mass"], None)
-
-
-def _path(path: str, folder: str | os.PathLike[str]) -> str:
-    if "://" in path:
-        raise ValueError(f"{path.split('://')[0]}:// is not supported; give the path of a file")
-    return os.path.join(folder, path)
 
 
 def _shown(value: Any) -> str:

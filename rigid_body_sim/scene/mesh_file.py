@@ -3,12 +3,13 @@
 import os
 
 import numpy as np
-from numpy.typing import NDArray
+
+from ..physics.arrays import Floats, Integers
 
 FORMATS = ("stl", "obj")
 
 
-def read(path: str | os.PathLike[str]) -> tuple[NDArray, NDArray]:
+def read(path: str | os.PathLike[str]) -> tuple[Floats, Integers]:
     """Vertices [m], shape (n, 3), and triangles, shape (m, 3), for ``physics.mesh.of_mesh``.
 
     Files have no unit: their numbers are taken as m. Corners with the same coordinates, to the last bit, become one
@@ -36,7 +37,7 @@ def read(path: str | os.PathLike[str]) -> tuple[NDArray, NDArray]:
     return _merged(corners, triangles)
 
 
-def _merged(corners: NDArray, triangles: NDArray) -> tuple[NDArray, NDArray]:
+def _merged(corners: Floats, triangles: Integers) -> tuple[Floats, Integers]:
     vertices, number = np.unique(corners, axis=0, return_inverse=True)
     triangles = number.ravel()[triangles]
     same = (triangles == np.roll(triangles, 1, axis=1)).any(axis=1)

@@ -4,10 +4,11 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ..physics import inertia as inertia_module
 from ..physics import rotation
+from ..physics.arrays import Floats
 
 
 @dataclass(frozen=True)
@@ -18,23 +19,23 @@ class PointingLaw:
     longer than ``max_torque`` [N m] is shortened and keeps its direction.
     """
 
-    target: NDArray  # unit quaternion (w, x, y, z)
-    inertia: NDArray  # (3, 3) [kg m²], as the controller believes it to be, body axes
+    target: Floats  # unit quaternion (w, x, y, z)
+    inertia: Floats  # (3, 3) [kg m²], as the controller believes it to be, body axes
     natural_frequency: float
     damping_ratio: float
     max_torque: float
 
-    def torque(self, orientation: ArrayLike, angular_velocity: ArrayLike) -> NDArray:
+    def torque(self, orientation: ArrayLike, angular_velocity: ArrayLike) -> Floats:
         """Torque [N m], body axes, shape (3,), for an attitude (w, x, y, z) and an angular velocity [rad/s], body axes.
 
         Raises ValueError when either is not finite or the attitude is no direction.
         """
-        w, *error = rotation.multiply(rotation.conjugate(self.target), rotation.normalize(orientation))
+        w, *vector_part = rotation.multiply(rotation.conjugate(self.target), rotation.normalize(orientation))
         omega = np.asarray(angular_velocity, float)
         if not np.isfinite(omega).all():
             raise ValueError(f"angular velocity {omega.tolist()} is not finite")
         # q and −q are one attitude; the sign of w picks the way that is shorter than half a turn.
-        error = math.copysign(1.0, w) * np.array(error)
+        error = math.copysign(1.0, w) * np.array(vector_part)
         acceleration = 2.0 * self.natural_frequency * (self.natural_frequency * error + self.damping_ratio * omega)
         return shortened(-self.inertia @ acceleration, self.max_torque)
 
@@ -55,7 +56,7 @@ def pointing_law(
     return PointingLaw(rotation.normalize(target), matrix, natural_frequency, damping_ratio, max_torque)
 
 
-def shortened(vector: NDArray, longest: float) -> NDArray:
+def shortened(vector: Floats, longest: float) -> Floats:
     """``vector``, or the vector of the same direction and the length ``longest`` when it is longer."""
     length = float(np.linalg.norm(vector))
     return vector if length <= longest else vector * (longest / length)

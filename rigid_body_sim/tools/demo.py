@@ -7,7 +7,7 @@ import os
 import random
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -21,7 +21,11 @@ from . import findings, picture
 from .processes import ChildError, Children, children
 
 if TYPE_CHECKING:
+    from rclpy.executors import Executor
+
     from .listener import Listener
+
+Show = Callable[["Listener"], None]  # shows how far it is
 
 TARGET = (1.0, 0.0, 0.0, 0.0)  # body axes along the world's
 MAX_TORQUE = 0.05  # N m
@@ -119,9 +123,10 @@ def _watch(scene_path: Path, scene: Scene, duration: float) -> "Listener":
                     if listener.orientations:
                         show(listener)
                     if listener.seconds >= duration:
-                        return listener
+                        break
         finally:
             rclpy.try_shutdown()
+    return listener
 
 
 def _private_domain() -> None:
@@ -153,7 +158,7 @@ def _start_controller(running: Children, scene: Scene) -> None:
     )
 
 
-def _listening(executor, listener: "Listener", running: Children, within: float) -> Iterator[None]:
+def _listening(executor: "Executor", listener: "Listener", running: Children, within: float) -> Iterator[None]:
     """Serve the listener for ever. Raises ChildError, and TimeoutError when no pose comes for ``within`` seconds."""
     poses, deadline = 0, time.monotonic() + within
     while time.monotonic() < deadline:
@@ -166,7 +171,7 @@ def _listening(executor, listener: "Listener", running: Children, within: float)
 
 
 @contextlib.contextmanager
-def _progress(duration: float) -> Iterator:
+def _progress(duration: float) -> Iterator[Show]:
     """A function that shows how far the listener is: a bar on a terminal, nothing elsewhere; lines without tqdm."""
     try:
         from tqdm import tqdm
@@ -183,7 +188,7 @@ def _progress(duration: float) -> Iterator:
         yield _every(0.1, show)
 
 
-def _every(period: float, show):
+def _every(period: float, show: Show) -> Show:
     """``show``, called at most once in ``period`` seconds."""
     due = 0.0
 

@@ -35,7 +35,7 @@ def _budget_rows(name: str, budget: Budget, unit: str, source: str) -> dict[str,
     }
 
 
-def _numbers(value: object) -> str:
+def _numbers(value: ArrayLike) -> str:
     values = [f"{number:.5g}" for number in np.atleast_1d(value)]
     return values[0] if len(values) == 1 else f"[{', '.join(values)}]"
 

@@ -5,7 +5,6 @@ import time
 import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped, TwistStamped, WrenchStamped
-from numpy.typing import NDArray
 from rclpy.client import Client
 from rclpy.node import Node
 from rclpy.task import Future
@@ -13,6 +12,7 @@ from std_msgs.msg import Header
 from std_srvs.srv import SetBool, Trigger
 
 from ..physics import rotation
+from ..physics.arrays import Floats
 from ..scene.loader import Scene
 from .recording import NANOSECONDS, Recording
 
@@ -85,7 +85,7 @@ class Listener(Node):
             rates = np.array([rotation.rotate_back(q, w) for q, w in zip(orientation, rates, strict=True)])
         return Recording(np.array(stamps, np.int64), orientation, rates, *self._applied())
 
-    def _applied(self) -> tuple[NDArray, NDArray]:
+    def _applied(self) -> tuple[Floats, Floats]:
         applied_ns = np.array([applied for applied, _ in self._commands], np.int64)
         torque = np.array([torque for _, torque in self._commands]).reshape(-1, 3)
         return np.maximum.accumulate(applied_ns), torque

@@ -1,11 +1,15 @@
 """The demo's picture: attitude error, angular rate and torque over time. Imports matplotlib only when it draws."""
 
 import os
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from .recording import Recording
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 # Okabe and Ito's colours: told apart with any colour vision, and in grey.
 BLACK, ORANGE, BLUE, GREEN = "#000000", "#E69F00", "#0072B2", "#009E73"
@@ -32,14 +36,14 @@ def draw(recording: Recording, target: ArrayLike, max_torque: float, title: str,
     figure.savefig(path)
 
 
-def _draw_error(panel, recording: Recording, target: ArrayLike) -> None:
+def _draw_error(panel: "Axes", recording: Recording, target: ArrayLike) -> None:
     error = np.maximum(np.degrees(recording.error(target)), 1e-15)  # zero has no place on a logarithmic axis
     panel.semilogy(recording.time, error, color=BLACK, linewidth=1.6)
     panel.set_ylabel("attitude error [deg]", fontsize=12)
     _mark_start(panel, recording)
 
 
-def _mark_start(panel, recording: Recording) -> None:
+def _mark_start(panel: "Axes", recording: Recording) -> None:
     """Mark where control begins, unless that is where the picture begins."""
     start = recording.command_time[0] if len(recording.command_time) else 0.0
     if start < 0.01 * recording.time[-1]:
@@ -55,7 +59,7 @@ def _mark_start(panel, recording: Recording) -> None:
     )
 
 
-def _draw_rates(panel, recording: Recording) -> None:
+def _draw_rates(panel: "Axes", recording: Recording) -> None:
     for index, (name, colour) in enumerate(AXES):
         rate = np.degrees(recording.angular_velocity[:, index])
         panel.plot(recording.time, rate, color=colour, linewidth=1.6, label=f"$\\omega_{name}$")
@@ -63,7 +67,7 @@ def _draw_rates(panel, recording: Recording) -> None:
     _legend(panel)
 
 
-def _draw_torque(panel, recording: Recording, max_torque: float) -> None:
+def _draw_torque(panel: "Axes", recording: Recording, max_torque: float) -> None:
     time = np.concatenate(([0.0], recording.command_time, [recording.time[-1]]))
     torque = 1e3 * np.vstack((np.zeros(3), recording.torque))
     torque = np.vstack((torque, torque[-1]))
@@ -75,6 +79,6 @@ def _draw_torque(panel, recording: Recording, max_torque: float) -> None:
     _legend(panel)
 
 
-def _legend(panel) -> None:
+def _legend(panel: "Axes") -> None:
     """Beside the panel, where it covers nothing."""
     panel.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, fontsize=12)

@@ -97,7 +97,7 @@ class Children:
         for child in self._running:
             child.reap()
 
-    def on_signal(self, *_) -> None:
+    def on_signal(self, *_: object) -> None:
         """Raise KeyboardInterrupt, but not between starting a process and noting it."""
         self._interrupted = True
         if not self._starting:

@@ -4,9 +4,10 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ..physics import rotation
+from ..physics.arrays import Floats
 from ..physics.body import Body
 
 NANOSECONDS = 1_000_000_000
@@ -19,19 +20,19 @@ class Recording:
     Orientations are (w, x, y, z), body to world; angular velocity [rad/s] and torque [N m] are in body axes.
     """
 
-    stamp_ns: NDArray  # (n,), rising
-    orientation: NDArray  # (n, 4)
-    angular_velocity: NDArray  # (n, 3)
-    command_ns: NDArray  # (m,), rising
-    torque: NDArray  # (m, 3)
+    stamp_ns: Floats  # (n,), rising
+    orientation: Floats  # (n, 4)
+    angular_velocity: Floats  # (n, 3)
+    command_ns: Floats  # (m,), rising
+    torque: Floats  # (m, 3)
 
     @cached_property
-    def time(self) -> NDArray:
+    def time(self) -> Floats:
         """Seconds since the first stamp, shape (n,)."""
         return (self.stamp_ns - self.stamp_ns[0]) / NANOSECONDS
 
     @cached_property
-    def command_time(self) -> NDArray:
+    def command_time(self) -> Floats:
         """Seconds from the first stamp to each command, shape (m,)."""
         return (self.command_ns - self.stamp_ns[0]) / NANOSECONDS
 
@@ -45,11 +46,11 @@ class Recording:
             angular_velocity=self.angular_velocity[begun],
         )
 
-    def error(self, target: ArrayLike) -> NDArray:
+    def error(self, target: ArrayLike) -> Floats:
         """Angle [rad] between each attitude and ``target``, shape (n,)."""
         return np.array([rotation.angle_between(target, q) for q in self.orientation])
 
-    def rate(self) -> NDArray:
+    def rate(self) -> Floats:
         """Magnitude of the angular velocity [rad/s], shape (n,)."""
         return np.linalg.norm(self.angular_velocity, axis=1)
 
@@ -71,8 +72,8 @@ class Recording:
 class Budget:
     """A quantity's change, and what the torque should have changed it by; ``exchanged`` sizes the mismatch."""
 
-    change: float | NDArray
-    supplied: float | NDArray
+    change: float | Floats
+    supplied: float | Floats
     exchanged: float
 
     @property
@@ -104,7 +105,7 @@ def momentum_budget(recording: Recording, body: Body) -> Budget:
     return Budget(last - first, impulse.sum(axis=0), float(np.linalg.norm(impulse, axis=1).sum()))
 
 
-def pieces(recording: Recording) -> tuple[NDArray, NDArray, NDArray, NDArray]:
+def pieces(recording: Recording) -> tuple[Floats, Floats, Floats, Floats]:
     """The recording cut at every stamp and every command: span [s], and attitude, rate and torque in its middle.
 
     The torque is constant on a piece; attitude and rate are interpolated between the two stamps around it.
@@ -118,15 +119,15 @@ def pieces(recording: Recording) -> tuple[NDArray, NDArray, NDArray, NDArray]:
     return np.diff(cuts), orientation, omega, np.vstack((np.zeros(3), recording.torque.reshape(-1, 3)))[held]
 
 
-def _interpolate(at: NDArray, time: NDArray, values: NDArray) -> NDArray:
+def _interpolate(at: Floats, time: Floats, values: Floats) -> Floats:
     return np.stack([np.interp(at, time, column) for column in values.T], axis=1)
 
 
-def _continuous(orientation: NDArray) -> NDArray:
+def _continuous(orientation: Floats) -> Floats:
     """The same attitudes with signs such that neighbours are near each other: q and −q may alternate."""
     turns = np.sign((orientation[1:] * orientation[:-1]).sum(axis=1))
     return orientation * np.concatenate(([1.0], np.cumprod(turns)))[:, None]
 
 
-def _rotate(orientation: NDArray, vectors: NDArray) -> NDArray:
+def _rotate(orientation: Floats, vectors: Floats) -> Floats:
     return np.array([rotation.rotate(q, v) for q, v in zip(orientation, vectors, strict=True)])

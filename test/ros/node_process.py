@@ -12,17 +12,18 @@ import yaml
 
 ROOT = Path(__file__).parents[2]
 READY_SECONDS = 120.0  # the first start compiles the kernels
+NODE = "rigid_body_sim.ros.main"
 DEEP_QUEUE = 20000  # a message for every step would fall out of the default queue of 10 when the machine is busy
 
 
 class NodeProcess:
-    """``rigid_body_node`` in a process of its own.
+    """``rigid_body_node``, or another program of the package, in a process of its own.
 
     ``parameters`` go into a temporary YAML file; None gives no file. Output goes to files, so that it cannot block.
     """
 
-    def __init__(self, parameters, folder, arguments=(), namespace="", environment=None):
-        command = [sys.executable, "-m", "rigid_body_sim.ros.main", "--ros-args", *arguments]
+    def __init__(self, parameters, folder, arguments=(), namespace="", environment=None, module=NODE):
+        command = [sys.executable, "-m", module, "--ros-args", *arguments]
         if parameters is not None:
             parameters = {**deep_queues(namespace, parameters.get("outputs", ())), **parameters}
             file = folder / "parameters.yaml"

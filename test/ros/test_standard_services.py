@@ -21,7 +21,7 @@ from rigid_body_sim import Simulation
 from rigid_body_sim.physics import rotation
 from rigid_body_sim.scene.loader import Scene
 
-from . import stand_in
+from . import policy, stand_in
 from .analysis import derivative
 from .node_process import ROOT
 from .remote import stamp_ns
@@ -194,6 +194,15 @@ def node(started):
     started.remote.drain()
     started.remote.clear()
     return started
+
+
+def test_policy_has_them_and_nothing_else_of_that_kind(started):
+    """Together with test_security: each name in the policy is one that a node uses."""
+    namespace = started.remote.name.rsplit("/", 1)[0]
+    allowed = policy.allowed("rigid_body_node", namespace)
+    used = policy.used(started.remote._node, "rigid_body_node", namespace)
+    assert used.reply == allowed.reply
+    assert {n for n in used.publish if "_action" in n} == {n for n in allowed.publish if "_action" in n}
 
 
 def core():

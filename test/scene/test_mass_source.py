@@ -144,8 +144,8 @@ BAD = {  # parameters, and what the message must say
     "disc of a density": ({"body.shape": "thin_disc", "body.dimensions": (1,), "body.density": 1.0}, "has no volume"),
     "no URDF": ({"body.urdf_file": "no.urdf"}, r"parameter body\.urdf_file = 'no\.urdf': .*No such file"),
     "folder": ({"body.urdf_file": "."}, r"parameter body\.urdf_file = '\.': .*[Dd]irectory"),
-    "package": ({"body.urdf_file": "package://a/b.urdf"}, "package:// is not supported; give the path of a file"),
-    "package mesh": ({"body.mesh_file": "package://a/b.stl"}, r"parameter body\.mesh_file .* package:// is not supp"),
+    "package": ({"body.urdf_file": "package://none_such/b.urdf"}, "package 'none_such' is not installed in any of"),
+    "URL": ({"body.mesh_file": "http://a/b.stl"}, r"parameter body\.mesh_file .* http:// is not supported, as files"),
     "other format": ({"body.mesh_file": "hull.urdf"}, r"is neither \.stl nor \.obj"),
     "zero byte": ({"body.urdf_file": "a\0b"}, r"parameter body\.urdf_file .* null byte"),
 }  # fmt: skip

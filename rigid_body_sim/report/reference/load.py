@@ -5,7 +5,6 @@ from importlib import resources
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 TRAJECTORIES, REPORT, TORQUE_FREE = "trajectories.json", "report.json", "torque_free.json"
 
@@ -36,13 +35,13 @@ def load(name: str, file: str = TRAJECTORIES) -> dict[str, Any]:
 
 def as_numbers(problem: dict[str, Any]) -> dict[str, Any]:
     """A problem of a file with floats and arrays."""
-    loaded = {"about": problem["about"], **_numbers({key: problem[key] for key in problem if key != "about"})}
+    loaded = {key: value if key == "about" else _numbers(value) for key, value in problem.items()}
     for held in loaded["wrenches"]:
         held["points"] = held["points"].reshape(-1, 2, 3)
     return loaded
 
 
-def _numbers(value: Any) -> dict[str, Any] | list[Any] | NDArray | float:
+def _numbers(value: Any) -> Any:
     """Turn strings into floats and lists of them into arrays, at every level."""
     if isinstance(value, dict):
         return {key: _numbers(item) for key, item in value.items()}

@@ -9,11 +9,12 @@ between has another limit.
 import functools
 import math
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...physics import rotation
+from ...physics.arrays import Floats
 from ...physics.body import Body
 from ...physics.state import State
 from ...physics.wrench import Wrench
@@ -27,10 +28,10 @@ DAMPING_RATIO = 1.0  # so the loop is stable for ω_n T < 1
 START = State(orientation=rotation.from_axis_angle((1.0, 2.0, -0.5), 2.5), angular_velocity=(1.0, -2.0, 0.5))
 SCALE = Scale(1.0, 1.0, 1.0, 5.0)
 COMMANDS = 100
-FINE = {"integrator": "dop853", "rtol": 1e-13}
+FINE: dict[str, Any] = {"integrator": "dop853", "rtol": 1e-13}
 
 
-def build(quick: bool) -> Map:
+def build(quick: bool) -> Map[float]:
     """The map."""
     gains = (0.1, 0.8, 0.9) if quick else (0.02, 0.05, 0.1, 0.2, 0.4, 0.6, 0.8, 0.85, 0.9, 0.95)
     divisions = (8, 1) if quick else (64, 32, 16, 8, 4, 2, 1)
@@ -78,7 +79,7 @@ def command(simulation: Simulation, gain: float) -> None:
     )
 
 
-def states(simulation: Simulation, gain: float, divisions: int) -> Iterator[NDArray]:
+def states(simulation: Simulation, gain: float, divisions: int) -> Iterator[Floats]:
     """The state at the end of each period."""
     for _ in range(COMMANDS):
         command(simulation, gain)
@@ -87,7 +88,7 @@ def states(simulation: Simulation, gain: float, divisions: int) -> Iterator[NDAr
 
 
 @functools.cache
-def truth(gain: float) -> NDArray:
+def truth(gain: float) -> Floats:
     """The states of the loop whose motion between two commands is integrated finely, shape (COMMANDS, 13)."""
     fine = Simulation(BODY, START, rate=2.0 / PERIOD, **FINE)
     return np.array(list(states(fine, gain, 2)))

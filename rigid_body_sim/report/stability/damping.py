@@ -11,8 +11,8 @@ that of the motion without torque after s.
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...physics.arrays import Floats
 from ...physics.body import Body
 from ...physics.resistance import Drag
 from ...physics.state import State
@@ -29,7 +29,7 @@ SPAN = 0.1  # s
 SCALE = Scale(0.1, 1.0, 1.0, 20.0)
 
 
-def build(quick: bool) -> Map:
+def build(quick: bool) -> Map[float]:
     """The map; steps are SPAN divided by whole numbers."""
     rates = (1e1, 1e3, 1e5, 1e7) if quick else [10.0**n for n in range(1, 9)]
     divisions = (100, 10, 1) if quick else (1000, 300, 100, 30, 10, 3, 1)
@@ -63,14 +63,14 @@ def case(damping: float, h: float) -> Case:
         made.set_wrench(Wrench(force_world=FORCE))
         return made
 
-    def follow(made: Simulation) -> list[NDArray]:
+    def follow(made: Simulation) -> list[Floats]:
         made.step(steps)
         return [made.state.values[:13]]
 
     return Case(simulation, follow, truth(damping, SPAN)[None, :], SCALE)
 
 
-def truth(damping: float, t: float) -> NDArray:
+def truth(damping: float, t: float) -> Floats:
     """State (13,) at t [s]."""
     decay, covered = math.exp(-damping * t), -math.expm1(-damping * t) / damping
     final = np.array(FORCE) / (damping * BODY.mass)

@@ -26,7 +26,9 @@ _ORDER = list(LOOK)
 ACROSS = 3  # panels side by side
 
 
-def draw_map(drawn: maps.Map, measured: Mapping[str, dict[str, Any]], folder: Path, stem: str, caption: str) -> Picture:
+def draw_map(
+    drawn: maps.Map[Any], measured: Mapping[str, dict[str, Any]], folder: Path, stem: str, caption: str
+) -> Picture:
     """A panel for every integrator that takes part, ``auto`` first."""
     shown = {name: one for name, one in measured.items() if maps.takes_part(one)}
     across, down = min(ACROSS, len(shown)), math.ceil(len(shown) / ACROSS)

@@ -1,14 +1,15 @@
 """Torque-free rotation in closed form, as a part of other closed forms."""
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ...physics.arrays import Floats
 from ...physics.body import Body
 from ...physics.state import State
 from ...simulation import Simulation
 
 
-def turned(body: Body, w_body: ArrayLike, t: float) -> tuple[NDArray, NDArray]:
+def turned(body: Body, w_body: ArrayLike, t: float) -> tuple[Floats, Floats]:
     """Attitude (4,) and angular velocity [rad/s, body axes] (3,) after t [s] without torque, from the world's axes.
 
     Only ω t counts for the attitude, so one second of ω t is evaluated, whatever t is.

@@ -11,12 +11,13 @@ evaluated by mpmath with 40 digits.
 
 import itertools
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...physics import invariants, rotation
+from ...physics.arrays import Floats
 from ...physics.body import Body
 from ...physics.state import State
 from ...physics.wrench import Wrench
@@ -43,7 +44,7 @@ def start(seed: int) -> State:
     return State(orientation=random.normal(size=4), angular_velocity=SPIN * axis / np.linalg.norm(axis))
 
 
-def energy_errors(integrator: str, seed: int, most: int) -> dict[str, list[float]]:
+def energy_errors(integrator: str, seed: int, most: int) -> dict[str, list[Any]]:
     """Relative energy error of the heavy top at the checkpoints."""
     simulation = Simulation(TOP, start(seed), rate=RATE, integrator=integrator)
     force = np.array(WEIGHT)
@@ -59,7 +60,7 @@ def energy_errors(integrator: str, seed: int, most: int) -> dict[str, list[float
     return _errors(simulation, most, lambda: abs(energy() - begin) / size)
 
 
-def attitude_errors(integrator: str, seed: int, most: int) -> dict[str, list[float]]:
+def attitude_errors(integrator: str, seed: int, most: int) -> dict[str, list[Any]]:
     """Error of the attitude [rad] of the symmetric body at the checkpoints."""
     simulation = Simulation(SYMMETRIC, start(seed), rate=RATE, integrator=integrator)
     q0, w_body = simulation.state.orientation, simulation.initial_state.angular_velocity
@@ -71,7 +72,7 @@ def attitude_errors(integrator: str, seed: int, most: int) -> dict[str, list[flo
     return _errors(simulation, most, error)
 
 
-def _errors(simulation: Simulation, most: int, error: Callable[[], float]) -> dict[str, list[float]]:
+def _errors(simulation: Simulation, most: int, error: Callable[[], float]) -> dict[str, list[Any]]:
     moments = checkpoints(most)
     return {"steps": moments, "errors": [error() for _ in _advance(simulation, moments)]}
 
@@ -82,7 +83,7 @@ def _advance(simulation: Simulation, moments: list[int]) -> Iterator[int]:
         yield moment
 
 
-def closed_form(q0: NDArray, w_body: NDArray, steps: int) -> NDArray:
+def closed_form(q0: Floats, w_body: Floats, steps: int) -> Floats:
     """Attitude (4,) of the symmetric body after steps of 1 / RATE, from mpmath."""
     from mpmath import mp, mpf
 
@@ -95,7 +96,7 @@ def closed_form(q0: NDArray, w_body: NDArray, steps: int) -> NDArray:
         return np.array([float(c) for c in _multiply([mpf(c) for c in q0.tolist()], turn)])
 
 
-def _exponential(x, y, z):
+def _exponential(x: Any, y: Any, z: Any) -> list[Any]:
     """The rotation by the rotation vector (x, y, z), as a list (w, x, y, z) of mpmath numbers."""
     from mpmath import mp
 
@@ -104,7 +105,7 @@ def _exponential(x, y, z):
     return [mp.cos(angle / 2), share * x, share * y, share * z]
 
 
-def _multiply(a, b):
+def _multiply(a: Sequence[Any], b: Sequence[Any]) -> list[Any]:
     """Product of two quaternions of any numbers."""
     (aw, ax, ay, az), (bw, bx, by, bz) = a, b
     return [
@@ -119,9 +120,10 @@ def exponent(steps: list[int], errors: list[float], least: int) -> float:
     """p of errors that grow as steps^p: the slope of the best straight line in logarithms, from ``least`` steps on."""
     pairs = zip(steps, errors, strict=True)
     used = [(math.log(n), math.log(error)) for n, error in pairs if n >= least and error > 0.0]
-    return float(np.polyfit(*zip(*used, strict=True), 1)[0])
+    x, y = zip(*used, strict=True)
+    return float(np.polyfit(x, y, 1)[0])
 
 
-def together(runs: list[dict[str, list[float]]]) -> tuple[list[int], list[float]]:
+def together(runs: Sequence[Mapping[str, Any]]) -> tuple[list[int], list[float]]:
     """Steps, and the root mean square of the errors of several runs."""
     return runs[0]["steps"], np.sqrt(np.mean(np.square([run["errors"] for run in runs]), axis=0)).tolist()

@@ -3,13 +3,18 @@
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any, Generic, TypeVar
 
 from ... import integrators
 from .outcome import BAD, Case, Outcome, attempt
 
+Measured = dict[str, Any]  # rows, columns and cells, as JSON
+Cell = dict[str, Any]
+Row = TypeVar("Row", float, str)
+
 
 @dataclass(frozen=True)
-class Map:
+class Map(Generic[Row]):
     """A grid of cases; ``case(row, column)`` makes one.
 
     ``text`` says what is simulated and where the truth comes from; ``hardness(row, column)`` is the number that makes a
@@ -21,40 +26,40 @@ class Map:
     text: str
     rows_label: str
     columns_label: str
-    rows: Sequence[float | str]
+    rows: Sequence[Row]
     columns: Sequence[float]
-    case: Callable[[float | str, float], Case]
+    case: Callable[[Row, float], Case]
     hardness_label: str
-    hardness: Callable[[float | str, float], float]
+    hardness: Callable[[Row, float], float]
 
 
-def measure(drawn: Map, integrator: str) -> dict[str, object]:
+def measure(drawn: Map[Any], integrator: str) -> Measured:
     """All cells of one integrator, row by row."""
     cells = [[attempt(drawn.case(row, column), integrator) for column in drawn.columns] for row in drawn.rows]
     return {"rows": list(drawn.rows), "columns": list(drawn.columns), "cells": cells}
 
 
-def outcomes(measured: dict[str, object]) -> list[Outcome]:
+def outcomes(measured: Measured) -> list[Outcome]:
     """The outcomes of all cells."""
     return [Outcome(cell["outcome"]) for row in measured["cells"] for cell in row]
 
 
-def takes_part(measured: dict[str, object]) -> bool:
+def takes_part(measured: Measured) -> bool:
     """Whether the integrator did anything but refuse."""
     return any(outcome is not Outcome.REFUSED for outcome in outcomes(measured))
 
 
-def bad_cells(measured: dict[str, object]) -> list[dict[str, object]]:
+def bad_cells(measured: Measured) -> list[Cell]:
     """The cells in the red, with their row and column."""
     return [one for one in flat(measured) if Outcome(one["outcome"]) in BAD]
 
 
-def worst_error(measured: dict[str, object]) -> float:
+def worst_error(measured: Measured) -> float:
     """Largest error of the accurate cells; 0 when there is none."""
     return max((c["error"] for c in flat(measured) if c["outcome"] == Outcome.ACCURATE.value), default=0.0)
 
 
-def flat(measured: dict[str, object]) -> list[dict[str, object]]:
+def flat(measured: Measured) -> list[Cell]:
     """All cells, with their row and column."""
     return [
         {"row": row, "column": column, **cell}
@@ -63,7 +68,7 @@ def flat(measured: dict[str, object]) -> list[dict[str, object]]:
     ]
 
 
-def limit(drawn: Map, measured: dict[str, object]) -> float | None:
+def limit(drawn: Map[Any], measured: Measured) -> float | None:
     """Up to which hardness no cell is in the red: None when some is at the least, infinity when none is."""
     bad = [drawn.hardness(cell["row"], cell["column"]) for cell in bad_cells(measured)]
     if not bad:
@@ -73,7 +78,7 @@ def limit(drawn: Map, measured: dict[str, object]) -> float | None:
     return max((hardness for hardness in every if hardness < softest), default=None)
 
 
-def conclusion(drawn: Map, by_integrator: dict[str, dict[str, object]]) -> str:
+def conclusion(drawn: Map[Any], by_integrator: dict[str, Measured]) -> str:
     """What to conclude from a map, from the numbers alone: how ``auto`` did, and how far the others can be trusted."""
     said = [_of_auto(drawn, by_integrator[integrators.AUTO])] if integrators.AUTO in by_integrator else []
     limits = {
@@ -91,7 +96,7 @@ def conclusion(drawn: Map, by_integrator: dict[str, dict[str, object]]) -> str:
     return "; ".join(said) + "."
 
 
-def _of_auto(drawn: Map, measured: dict[str, object]) -> str:
+def _of_auto(drawn: Map[Any], measured: Measured) -> str:
     bad, every = bad_cells(measured), outcomes(measured)
     if bad:
         where = f"{drawn.rows_label} {bad[0]['row']}, {drawn.columns_label} {bad[0]['column']}"

@@ -7,9 +7,9 @@ being made a rotation again after each step.
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...physics import rotation
+from ...physics.arrays import Floats
 from ...physics.rotation_matrix import departure, euler_step, nearest_rotation
 
 W_WORLD = (1.0, -2.0, 2.0)  # rad/s; its length is 3
@@ -37,12 +37,12 @@ def measure(kind: str, steps: int) -> dict[str, list[float]]:
     return found
 
 
-def quaternion_step(q: NDArray) -> NDArray:
+def quaternion_step(q: Floats) -> Floats:
     """q + ½ h (0, ω) ⊗ q, theory (2.6.1): each step multiplies |q|² by 1 + ¼ h² |ω|²."""
     return q + 0.5 * H * rotation.multiply((0.0, *W_WORLD), q)
 
 
-_STEPS: dict[str, Callable[[NDArray], NDArray]] = {
+_STEPS: dict[str, Callable[[Floats], Floats]] = {
     "matrix": lambda R: euler_step(R, W_WORLD, H),
     "matrix, re-orthonormalised": lambda R: nearest_rotation(euler_step(R, W_WORLD, H)),
     "quaternion": quaternion_step,
@@ -50,10 +50,10 @@ _STEPS: dict[str, Callable[[NDArray], NDArray]] = {
 }
 
 
-def _departure(value: NDArray) -> float:
+def _departure(value: Floats) -> float:
     return abs(departure(value)[0]) if value.ndim == 2 else abs(float(rotation.norm_squared(value)) - 1.0)
 
 
-def _attitude_error(value: NDArray, steps: int) -> float:
+def _attitude_error(value: Floats, steps: int) -> float:
     q = rotation.from_matrix(nearest_rotation(value)) if value.ndim == 2 else value
     return rotation.angle_between(rotation.from_axis_angle(W_WORLD, steps * H * SPIN), q)

@@ -5,9 +5,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...physics import rotation
+from ...physics.arrays import Floats
 from ...simulation import Simulation, SimulationError
 
 ACCURATE = 1e-3  # error, as a share of the motion's own scales, up to which a run counts as accurate
@@ -45,8 +45,8 @@ class Case:
     """
 
     simulation: Callable[[str], Simulation]
-    follow: Callable[[Simulation], Sequence[NDArray]]
-    truth: NDArray
+    follow: Callable[[Simulation], Sequence[Floats]]
+    truth: Floats
     scale: Scale
 
 
@@ -83,17 +83,17 @@ def _stopped(simulation: Simulation, scale: Scale) -> Outcome:
     return Outcome.REFUSED if controlled and not grown else Outcome.DIVERGED
 
 
-def _grown(states: NDArray, scale: Scale) -> bool:
+def _grown(states: Floats, scale: Scale) -> bool:
     speed, spin = np.abs(states[:, 7:10]).max(), np.abs(states[:, 10:13]).max()
     return bool(speed > TOO_MUCH * scale.speed or spin > TOO_MUCH * scale.spin)
 
 
-def largest_error(states: NDArray, truth: NDArray, scale: Scale) -> float:
+def largest_error(states: Floats, truth: Floats, scale: Scale) -> float:
     """Largest error of attitude, position, velocity and angular velocity over all moments, each in its scale."""
     return max(error(one, true, scale) for one, true in zip(states, truth, strict=True))
 
 
-def error(state: NDArray, truth: NDArray, scale: Scale) -> float:
+def error(state: Floats, truth: Floats, scale: Scale) -> float:
     """The same at one moment."""
     away = state - truth
     return float(

@@ -4,6 +4,7 @@ import csv
 import functools
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 from ... import integrators
 from ..section import Block, Heading, Measurement, Paragraph, Result, Results, Settings, Table, finished
@@ -13,7 +14,7 @@ from .outcome import ACCURATE, Outcome
 AUTO = integrators.AUTO
 
 # Every map by its name, in the order of the page: a function of ``quick``.
-MAPS: dict[str, Callable[[bool], maps.Map]] = {
+MAPS: dict[str, Callable[[bool], maps.Map[Any]]] = {
     "damping": damping.build,
     "tether_damped": functools.partial(tether.build, damped=True),
     "tether_undamped": functools.partial(tether.build, damped=False),
@@ -112,7 +113,7 @@ def _map(name: str, integrator: str, quick: bool) -> Result:
 
 def _maps(results: Results) -> dict[str, dict[str, Result]]:
     """Results by map and integrator, in the order of the page, of the maps that have any."""
-    found = {name: {} for name in MAPS}
+    found: dict[str, dict[str, Result]] = {name: {} for name in MAPS}
     for key, result in finished(results, "map/").items():
         _, name, integrator = key.split("/")
         found[name][integrator] = result

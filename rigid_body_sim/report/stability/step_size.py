@@ -9,8 +9,8 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...physics.arrays import Floats
 from ...physics.body import Body
 from ...physics.resistance import Drag, Tether
 from ...physics.state import State
@@ -41,7 +41,7 @@ ACTING: Mapping[str, tuple[Wrench, Mapping[str, Any]]] = {
 }
 
 
-def build(quick: bool) -> Map:
+def build(quick: bool) -> Map[str]:
     """The map."""
     return Map(
         "step_size",
@@ -69,7 +69,7 @@ def make(acting: str, rate: float, **options: Any) -> Simulation:
 def case(acting: str, h: float) -> Case:
     """The run of what acts, with a step [s]."""
 
-    def follow(made: Simulation) -> Sequence[NDArray]:
+    def follow(made: Simulation) -> Sequence[Floats]:
         made.step(STEPS)
         return [made.state.values[:13]]
 
@@ -83,7 +83,7 @@ def case(acting: str, h: float) -> Case:
 
 
 @functools.cache
-def fine(acting: str, h: float, integrator: str = "dop853") -> NDArray:
+def fine(acting: str, h: float, integrator: str = "dop853") -> Floats:
     """State (13,) after STEPS steps of h [s], by fine steps of an integrator at the least tolerance."""
     each = max(1, int(np.ceil(h / LONGEST_FINE_STEP)))
     made = make(acting, each / h, integrator=integrator, rtol=1e-13)

@@ -7,8 +7,8 @@ of an oscillator, with the stretch s'' = −ω² s − 2 ζ ω s', and of the mo
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...physics.arrays import Floats
 from ...physics.body import Body
 from ...physics.resistance import Tether
 from ...physics.state import State
@@ -26,7 +26,7 @@ SPAN = 0.1  # s
 SCALE = Scale(0.1, 1.0, SPEED, 20.0)
 
 
-def build(quick: bool, damped: bool) -> Map:
+def build(quick: bool, damped: bool) -> Map[float]:
     """The map of the damped (ζ = ½) or undamped tether."""
     frequencies = (1e1, 1e2, 1e3, 3e3) if quick else [10.0 ** (0.5 * n) for n in range(2, 10)]
     divisions = (100, 10, 1) if quick else (1000, 300, 100, 30, 10, 3, 1)
@@ -60,14 +60,14 @@ def case(frequency: float, h: float, ratio: float) -> Case:
         state = State(position=LENGTH * ALONG, velocity=SPEED * ALONG, angular_velocity=SPIN)
         return Simulation(BODY, state, rate=steps / SPAN, tethers=[tether], integrator=integrator)
 
-    def follow(made: Simulation) -> list[NDArray]:
+    def follow(made: Simulation) -> list[Floats]:
         made.step(steps)
         return [made.state.values[:13]]
 
     return Case(simulation, follow, truth(frequency, ratio, SPAN)[None, :], SCALE)
 
 
-def truth(frequency: float, ratio: float, t: float) -> NDArray:
+def truth(frequency: float, ratio: float, t: float) -> Floats:
     """State (13,) at t [s]; the damping ratio is below 1."""
     swing = frequency * math.sqrt(1.0 - ratio * ratio)
     decay = SPEED * math.exp(-ratio * frequency * t)

@@ -9,10 +9,11 @@ import functools
 import json
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...physics.arrays import Floats
 from ...physics.body import Body
 from ...physics.state import State
 from ...physics.wrench import Wrench
@@ -58,12 +59,12 @@ _EVERY = {"spin": (1e-6, 1e-3, 1.0, 1e3, 1e6), "mass": (1e-12, 1e-6, 1.0, 1e6, 1
 
 
 @functools.cache
-def solutions() -> dict[str, dict[str, dict]]:
+def solutions() -> dict[str, dict[str, dict[str, Any]]]:
     """What make_turning.py found, by map and row."""
     return json.loads(FILE.read_text(encoding="utf-8"))
 
 
-def build(quick: bool, name: str) -> Map:
+def build(quick: bool, name: str) -> Map[float]:
     """The map of that name, one of NAMES."""
     title, text, label = _MAPS[name]
     rows = list(_EVERY.get(name) or map(float, solutions()[name]))
@@ -101,7 +102,7 @@ def case(name: str, row: float, angle: float) -> Case:
         made.set_wrench(wrench)
         return made
 
-    def follow(made: Simulation) -> Sequence[NDArray]:
+    def follow(made: Simulation) -> Sequence[Floats]:
         made.step(steps)
         return [made.state.values[:13]]
 

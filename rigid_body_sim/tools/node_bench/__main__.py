@@ -6,6 +6,7 @@ import math
 import os
 import random
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 from . import record
@@ -47,7 +48,7 @@ def main(args: list[str] | None = None) -> int:
     return 0
 
 
-def _measure(names: list[str], seconds: float, found: list[record.Figure]) -> None:
+def _measure(names: Sequence[str], seconds: float, found: list[record.Figure]) -> None:
     import rclpy
 
     from .figures import measure

@@ -7,7 +7,7 @@ import statistics
 import struct
 import tempfile
 import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
@@ -104,7 +104,8 @@ def _reports(node: UnderTest, seconds: float) -> tuple[list[dict[str, str]], flo
 def recording(seconds: float) -> Iterator[Figure]:
     """At 10 kHz, to one listener: what the node's own recorder costs the loop's thread, and what it loses."""
     ways = {"not recording": False, "recording": True}
-    costs, late = ({way: [] for way in ways} for _ in range(2))
+    costs: dict[str, list[float]] = {way: [] for way in ways}
+    late: dict[str, list[float]] = {way: [] for way in ways}
     dropped = 0
     with tempfile.TemporaryDirectory() as folder:
         for number, way in enumerate([*ways] * ROUNDS):
@@ -166,7 +167,8 @@ def wake_up(seconds: float) -> Iterator[Figure]:
 
 def _overshoot() -> Iterator[Figure]:
     """What a waiting executor loses on each call, in a thread of this process."""
-    executor, found = executor_for(Node("sleeper")), {slack: [] for slack in (usual_slack.USUAL_NS, 1)}
+    executor = executor_for(Node("sleeper"))
+    found: dict[int, list[float]] = {slack: [] for slack in (usual_slack.USUAL_NS, 1)}
     with ThreadPoolExecutor(1) as thread:  # timer slack belongs to a thread, and this one is to keep its own
         for slack in [*found] * ROUNDS:
             found[slack] += thread.submit(_overshoots, executor, slack).result()
@@ -340,7 +342,7 @@ def memory(seconds: float) -> Iterator[Figure]:
     yield from _traced(seconds / 2)
 
 
-def _under_commands(node: UnderTest, seconds: float, look) -> Iterator[tuple[float, float]]:
+def _under_commands(node: UnderTest, seconds: float, look: Callable[[], float]) -> Iterator[tuple[float, float]]:
     """Send a wrench 200 times a second; (time, ``look()``) twelve times in all."""
     publish, wrench = commands(node), WrenchStamped()
     began = time.monotonic()

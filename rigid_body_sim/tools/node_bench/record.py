@@ -8,8 +8,12 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
 from importlib import metadata
 from pathlib import Path
+from typing import Any
 
 AT_MOST, BELOW, AT_LEAST = "at most", "below", "at least"
+
+
+Goal = tuple[str, float]  # such as (AT_MOST, 1.0)
 
 
 @dataclass(frozen=True)
@@ -24,12 +28,14 @@ class Figure:
     value: float | None
     unit: str
     how: str
-    goal: tuple[str, float] | None = None
+    goal: Goal | None = None
     spread: tuple[float, float] | None = None
     load: float = field(default_factory=lambda: os.getloadavg()[0])  # of the machine, when it was measured
 
     @classmethod
-    def median(cls, name: str, values: Sequence[float], unit: str, how: str, goal=None) -> "Figure":
+    def median(
+        cls, name: str, values: Sequence[float], unit: str, how: str, goal: tuple[str, float] | None = None
+    ) -> "Figure":
         """The median of ``values``, which are at least one."""
         return cls(name, statistics.median(values), unit, how, goal, (min(values), max(values)))
 
@@ -46,7 +52,7 @@ class Figure:
         word, bound = self.goal
         return {AT_MOST: self.value <= bound, BELOW: self.value < bound, AT_LEAST: self.value >= bound}[word]
 
-    def record(self) -> dict:
+    def record(self) -> dict[str, Any]:
         """For JSON: all fields, the goal in words, and whether it is met."""
         return {**asdict(self), "goal": self.goal and f"{self.goal[0]} {self.goal[1]:g}", "met": self.met}
 

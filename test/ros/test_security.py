@@ -1,0 +1,110 @@
+"""Who may command: the policy in security/ is what the programs use, and a node told to be secure never runs open."""
+
+import importlib.util
+import time
+from xml.etree import ElementTree
+
+import pytest
+
+from . import policy
+from .remote import SECONDS
+
+pytest.importorskip("rclpy")
+pytestmark = pytest.mark.ros
+
+HAS_TF = importlib.util.find_spec("tf2_msgs") is not None
+ALL_OUTPUTS = ["odom", "accel", "imu", "wrench_applied", "marker", "clock", *["tf"] * HAS_TF]
+STANDARD = ("simulat", "entit")  # what is there only with simulation_interfaces: see test_standard_services
+KEYSTORE = (
+    "identity_ca.cert.pem",
+    "cert.pem",
+    "key.pem",
+    "permissions_ca.cert.pem",
+    "governance.p7s",
+    "permissions.p7s",
+)
+
+
+@pytest.fixture(scope="module")
+def observer(context):
+    from rclpy.node import Node
+
+    node = Node("observer_of_names", context=context, enable_rosout=False)
+    yield node
+    node.destroy_node()
+
+
+def settled(observer, node, namespace, complete):
+    """What a node uses, once the network knows as much as ``complete`` wants."""
+    deadline = time.monotonic() + SECONDS
+    while True:
+        try:
+            found = policy.used(observer, node, namespace)
+        except RuntimeError:  # the node is not known yet
+            found = None
+        if found and complete(found):
+            return found
+        assert time.monotonic() < deadline, f"{node} is known to use only {found}"
+        time.sleep(0.05)
+
+
+def always_there(names):
+    """Those that are there on every machine."""
+    kept = {name for name in names if not any(part in name.rsplit("/", 1)[-1] for part in STANDARD)}
+    kept = {name for name in kept if "/_action/" not in name}
+    return kept if HAS_TF else kept - {"/tf"}
+
+
+def test_policy_allows_the_node_what_it_uses_and_nothing_else(connect, observer):
+    remote = connect({"outputs": ALL_OUTPUTS, "start_paused": True}).ready()
+    namespace = remote.name.rsplit("/", 1)[0]
+    allowed = policy.allowed("rigid_body_node", namespace)
+    needed = always_there(allowed.reply)
+    used = settled(observer, "rigid_body_node", namespace, lambda found: needed <= found.reply)
+    for what in ("publish", "subscribe", "reply"):
+        may, does = getattr(allowed, what), getattr(used, what)
+        assert does <= may, f"not in the policy, {what}: {does - may}"
+        assert always_there(may) <= does, f"in the policy, and not used, {what}: {always_there(may) - does}"
+
+
+def test_policy_allows_the_controller_what_it_uses_and_nothing_else(run_node, observer):
+    namespace, module = "/controlled", "rigid_body_sim.tools.pointing_controller"
+    arguments = ["-r", f"__ns:={namespace}", "-p", "use_sim_time:=true"]
+    process = run_node(None, arguments=arguments, module=module)
+    allowed = policy.allowed("pointing_controller", namespace)
+    used = settled(
+        observer,
+        "pointing_controller",
+        namespace,
+        lambda found: len(found.reply) >= len(allowed.reply) and f"{namespace}/wrench" in found.publish,
+    )
+    assert used == allowed
+    process.assert_stopped_cleanly()
+
+
+def test_only_those_who_command_may_publish_a_wrench():
+    tree = ElementTree.parse(policy.FILE)
+    publishers = [
+        profile.get("node")
+        for profile in tree.iterfind(".//profile")
+        if any(topic.text == "wrench" for topic in profile.iterfind("topics[@publish='ALLOW']/topic"))
+    ]
+    assert publishers == ["pointing_controller"]
+    assert not [rule for rule in tree.iter() if "*" in (rule.text or "")], "a wildcard allows more than is used"
+
+
+@pytest.mark.parametrize("keystore", ["missing", "of no use"])
+def test_node_told_to_be_secure_does_not_run_open(run_node, tmp_path, keystore):
+    """The wheels' middleware has no security; that of the Debian packages finds no certificate."""
+    if keystore == "of no use":
+        for name in KEYSTORE:
+            (tmp_path / "enclaves").mkdir(exist_ok=True)
+            (tmp_path / "enclaves" / name).touch()
+    environment = {
+        "ROS_SECURITY_ENABLE": "true",
+        "ROS_SECURITY_STRATEGY": "Enforce",
+        "ROS_SECURITY_KEYSTORE": str(tmp_path),
+    }
+    process = run_node({}, environment=environment)
+    assert process.wait_end(60.0) == 1
+    assert "security" in process.stderr.lower() and "Traceback" not in process.stderr
