@@ -40,8 +40,10 @@ def sources_digest() -> str:
 def _cache_folder() -> str | None:
     """A writable folder for compiled kernels, outside the package (which may be read-only); None when there is none."""
     home = os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")
+    # numba finds only what was compiled from files at the same path: another installation has a folder of its own.
+    place = hashlib.sha256(__file__.encode()).hexdigest()[:8]
     for base in (os.environ.get("NUMBA_CACHE_DIR"), home, f"{tempfile.gettempdir()}/{os.getuid()}"):
-        folder = Path(base or home, "rigid_body_sim", f"kernels-{sources_digest()}")
+        folder = Path(base or home, "rigid_body_sim", f"kernels-{sources_digest()}-{place}")
         try:
             folder.mkdir(mode=0o700, parents=True, exist_ok=True)
             with tempfile.TemporaryFile(dir=folder):
