@@ -10,6 +10,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ..physics.arrays import Floats, Integers
+
 NANOSECONDS = 1_000_000_000
 _LITTLE_ENDIAN = b"\x00\x01\x00\x00"
 _TEXT_AT = 16  # encoding 4, stamp 8, length of the text 4
@@ -33,10 +35,10 @@ LAYOUTS = {
 class Decoded(NamedTuple):
     """The contents of n messages, and the indices of those that are not laid out as usual and hold nothing here."""
 
-    stamp_ns: NDArray  # (n,), zero without a header
-    frame_ids: NDArray  # (n,) of str, empty without a header
-    values: NDArray  # (n, doubles)
-    unusual: NDArray  # (k,)
+    stamp_ns: Integers  # (n,), zero without a header
+    frame_ids: NDArray[np.object_]  # (n,) of str, empty without a header
+    values: Floats  # (n, doubles)
+    unusual: Integers  # (k,)
 
 
 def decode(messages: Sequence[bytes], layout: Layout) -> Decoded:
@@ -50,7 +52,7 @@ def decode(messages: Sequence[bytes], layout: Layout) -> Decoded:
         if length < _TEXT_AT:
             continue
         at = np.flatnonzero(lengths == length)
-        data = np.frombuffer(b"".join([messages[i] for i in at]), np.uint8).reshape(len(at), length)
+        data = np.frombuffer(b"".join([messages[i] for i in at.tolist()]), np.uint8).reshape(len(at), length)
         plain = (data[:, :4] == np.frombuffer(_LITTLE_ENDIAN, np.uint8)).all(axis=1)
         texts = _column(data, _TEXT_AT - 4, "<u4") if layout.stamped else np.zeros(len(at), np.uint32)
         for text in np.unique(texts[plain]):
@@ -69,7 +71,7 @@ def decode(messages: Sequence[bytes], layout: Layout) -> Decoded:
     return Decoded(stamp_ns, frame_ids, values, np.flatnonzero(~usual))
 
 
-def encode(stamp_ns: NDArray, frame_id: str, values: NDArray) -> list[bytes]:
+def encode(stamp_ns: Integers, frame_id: str, values: Floats) -> list[bytes]:
     """Serialised messages with a header and doubles: stamps [ns], shape (n,), the frame, and values, shape (n, k)."""
     text = frame_id.encode() + b"\0"
     first = _doubles_at(len(text))
@@ -92,15 +94,15 @@ def _doubles_at(text: int) -> int:
     return end + (4 - end) % 8
 
 
-def _column(rows: NDArray, at: int, kind: str) -> NDArray:
+def _column(rows: NDArray[np.uint8], at: int, kind: str) -> Integers:
     return np.ascontiguousarray(rows[:, at : at + 4]).view(kind)[:, 0]
 
 
-def _bytes_of(numbers: NDArray, kind: str) -> NDArray:
+def _bytes_of(numbers: Integers, kind: str) -> NDArray[np.uint8]:
     return np.ascontiguousarray(numbers.astype(kind)[:, None]).view(np.uint8)
 
 
-def _names(texts: NDArray) -> tuple[NDArray, NDArray]:
+def _names(texts: NDArray[np.uint8]) -> tuple[NDArray[np.object_], NDArray[np.bool_]]:
     """Names in rows of bytes, and which of the rows are one text that ends with its only NUL."""
     whole, size = texts.tobytes(), texts.shape[1]
     rows = [whole[at : at + size] for at in range(0, len(whole), size)]

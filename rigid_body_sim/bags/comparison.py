@@ -6,6 +6,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from ..physics.arrays import Floats, Integers
+
 NANOSECONDS = 1_000_000_000
 
 
@@ -24,22 +26,22 @@ class Tolerance:
 class Comparison:
     """Poses (x, y, z, qw, qx, qy, qz), shape (n, 7), at ``stamp_ns``, shape (n,): recorded, and simulated again."""
 
-    stamp_ns: NDArray
-    recorded: NDArray
-    simulated: NDArray
+    stamp_ns: Integers
+    recorded: Floats
+    simulated: Floats
 
     @cached_property
-    def time(self) -> NDArray:
+    def time(self) -> Floats:
         """Seconds since the first stamp, shape (n,)."""
         return (self.stamp_ns - self.stamp_ns[0]) / NANOSECONDS
 
     @cached_property
-    def position_error(self) -> NDArray:
+    def position_error(self) -> Floats:
         """Distance [m], shape (n,)."""
         return np.linalg.norm(self.simulated[:, :3] - self.recorded[:, :3], axis=1)
 
     @cached_property
-    def attitude_error(self) -> NDArray:
+    def attitude_error(self) -> Floats:
         """Angle [rad] between the attitudes, the same for q and −q, shape (n,)."""
         return angles(self.recorded[:, 3:7], self.simulated[:, 3:7])
 
@@ -64,7 +66,7 @@ class Comparison:
         }
 
 
-def angles(first: NDArray, second: NDArray) -> NDArray:
+def angles(first: Floats, second: Floats) -> Floats:
     """Angle [rad] between attitudes (w, x, y, z), each of shape (n, 4); small ones as exact as the quaternions are."""
     scalar = np.abs((first * second).sum(axis=1))
     v, w = first[:, 1:], second[:, 1:]
@@ -72,9 +74,9 @@ def angles(first: NDArray, second: NDArray) -> NDArray:
     return 2.0 * np.arctan2(np.linalg.norm(vector, axis=1), scalar)
 
 
-def _first(true: NDArray) -> int | None:
+def _first(true: NDArray[np.bool_]) -> int | None:
     return int(np.argmax(true)) if true.any() else None
 
 
-def _rms(values: NDArray) -> float:
+def _rms(values: Floats) -> float:
     return float(np.sqrt(np.mean(np.square(values))))

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..physics import rotation
+from ..physics.arrays import Floats, Integers
 from ..physics.compiled import sources_digest
 from ..physics.state import State
 from ..scene.loader import Scene
@@ -44,12 +45,12 @@ class Commands:
     """The commands of all topics, in the order in which they reached the simulation."""
 
     topics: tuple[str, ...]  # the first leads in lockstep
-    topic: NDArray  # (n,) index into topics
-    time_ns: NDArray  # (n,) simulated time since the start; without meaning in lockstep
-    values: NDArray  # (n, 6) force [N] and torque [N m]
-    frame_ids: NDArray  # (n,) of str
+    topic: Integers  # (n,) index into topics
+    time_ns: Integers  # (n,) simulated time since the start; without meaning in lockstep
+    values: Floats  # (n, 6) force [N] and torque [N m]
+    frame_ids: NDArray[np.object_]  # (n,) of str
 
-    def part(self, which: NDArray | slice) -> "Commands":
+    def part(self, which: Integers | slice) -> "Commands":
         """Some of them."""
         names = ("topic", "time_ns", "values", "frame_ids")
         return replace(self, **{name: getattr(self, name)[which] for name in names})
@@ -64,9 +65,9 @@ class Problem:
     """
 
     epoch_ns: int
-    stamp_ns: NDArray  # (m,)
-    receive_ns: NDArray  # (m,)
-    recorded: NDArray | None  # (m, 7) poses
+    stamp_ns: Integers  # (m,)
+    receive_ns: Integers  # (m,)
+    recorded: Floats | None  # (m, 7) poses
     pose_topic: str
     twist_topic: str
     start: State | None = None  # None is the scene's
@@ -109,7 +110,7 @@ def _by_commands(
     notes: list[str],
 ) -> Problem:
     _check_frame(recording, pose, scene)
-    poses, twists = _poses_in_order(recording, pose, notes), recording.twists.get(twist)
+    poses, twists = _poses_in_order(recording, pose, notes), recording.twists.get(twist or "")
     first, start, told = _start(recording, scene, pose, poses, twists, choices.start)
     notes.append(told)
     poses = _chosen(poses, slice(first, None))
@@ -181,11 +182,11 @@ def _without_poses(
         raise BagError(f"{recording.path}: its commands span {count:.3g} poses at this publish_rate; give a lower one")
     stamp_ns = epoch_ns + np.rint(np.arange(count) * period).astype(np.int64)
     pose = f"{names[0].rpartition('/')[0]}/pose"
-    notes = tuple(filter(None, notes))
-    return Problem(epoch_ns, stamp_ns, stamp_ns, None, pose, _beside(pose), commands=commands, notes=notes)
+    told = tuple(filter(None, notes))
+    return Problem(epoch_ns, stamp_ns, stamp_ns, None, pose, _beside(pose), commands=commands, notes=told)
 
 
-def _between_steps(since_ns: NDArray, rate: float) -> str:
+def _between_steps(since_ns: Integers, rate: float) -> str:
     """A sentence about stamps that no step has; empty when there are none."""
     steps = timing.nearest_steps(since_ns, rate)
     off = np.abs(since_ns - np.rint(steps * (NANOSECONDS / rate)))
@@ -222,7 +223,7 @@ def _start(
     if asked is None and _begins_with(scene, poses, twists):
         return 0, None, f"Starts from the scene's initial state, at {at}."
     first = _first_with_twist(poses, twists)
-    if first is None:
+    if first is None or twists is None:
         raise BagError(
             f"{recording.path}: begins after the start, and no twist of the body tells the velocities at the first "
             f"pose of {pose}; give --start scene, or a scene with them in initial.*"
@@ -249,7 +250,7 @@ def _begins_with(scene: Scene, poses: Messages, twists: Messages | None) -> bool
     return not len(same) or bool(np.abs(twists.values[same[-1]] - expected).max() <= SAME_START)
 
 
-def _last(frame_ids: NDArray, same: NDArray) -> str:
+def _last(frame_ids: NDArray[np.object_], same: Integers) -> str:
     return frame_ids[same[-1]].removeprefix("/") if len(same) else ""
 
 
@@ -324,7 +325,7 @@ def _in_lockstep(
     return merged.part(merged.time_ns > start.receive_ns[0])
 
 
-def _merged(names: Sequence[str], given: Sequence[Messages], times_ns: Sequence[NDArray]) -> Commands:
+def _merged(names: Sequence[str], given: Sequence[Messages], times_ns: Sequence[Integers]) -> Commands:
     time_ns = np.concatenate(times_ns)
     order = np.argsort(time_ns, kind="stable")
     topic = np.repeat(np.arange(len(given)), [len(messages) for messages in given])
@@ -333,5 +334,5 @@ def _merged(names: Sequence[str], given: Sequence[Messages], times_ns: Sequence[
     return Commands(tuple(names), topic[order], time_ns[order], values[order], frame_ids[order])
 
 
-def _chosen(messages: Messages, which: NDArray | slice) -> Messages:
+def _chosen(messages: Messages, which: Integers | NDArray[np.bool_] | slice) -> Messages:
     return Messages(*(getattr(messages, name)[which] for name in ("receive_ns", "stamp_ns", "values", "frame_ids")))

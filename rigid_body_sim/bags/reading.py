@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..physics.arrays import Floats, Integers
 from . import cdr, records
 from .library import BagError, require, typestore
 
@@ -33,10 +34,10 @@ class Messages:
     linear and angular velocity [m/s, rad/s], 6 numbers. Without a header, stamps are zero and frames empty.
     """
 
-    receive_ns: NDArray  # (n,), rising
-    stamp_ns: NDArray  # (n,), as in the headers
-    values: NDArray  # (n, 6) or (n, 7)
-    frame_ids: NDArray  # (n,) of str
+    receive_ns: Integers  # (n,), rising
+    stamp_ns: Integers  # (n,), as in the headers
+    values: Floats  # (n, 6) or (n, 7)
+    frame_ids: NDArray[np.object_]  # (n,) of str
 
     def __len__(self) -> int:
         return len(self.stamp_ns)
@@ -97,12 +98,12 @@ class _Topic:
     receive_ns: list[int] = field(default_factory=list)
     data: list[bytes] = field(default_factory=list)
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         # Whether the messages themselves are read, too.
         self.wanted = self.kind in cdr.LAYOUTS or (self.kind == TEXT and self.name.split("/")[-1] == JOURNAL)
 
 
-class _Topics(dict):
+class _Topics(dict[tuple[str, str], _Topic]):
     """All of them, by name and type."""
 
     def of(self, connection: Any) -> _Topic:

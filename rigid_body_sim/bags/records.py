@@ -72,10 +72,10 @@ def _messages_in(records: bytes, connections: "_Connections") -> Iterator[tuple[
         at = end
 
 
-class _Connections(dict):
+class _Connections(dict[int, Any]):
     """By number of the channel, as the records of the file tell."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         super().__init__()
         self._schemas: dict[int, tuple[str, Any]] = {}
 

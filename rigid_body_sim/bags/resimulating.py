@@ -7,10 +7,11 @@ import math
 import struct
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..physics.arrays import Floats, Integers
 from ..scene import commands
 from ..scene.loader import Scene
 from ..simulation import Simulation
@@ -27,14 +28,14 @@ Progress = Callable[[float], None]  # is told the simulated time [s] since the s
 class Track:
     """The motion at the stamps of a Problem, as Simulation.motion gives it: shape (m, 19)."""
 
-    motion: NDArray
+    motion: Floats
     state: str  # hash of everything that decides how the motion would go on
     steps: int
     refused: int = 0  # commands left out, as the node leaves them out
     reason: str = ""  # why, of the first
 
     @property
-    def poses(self) -> NDArray:
+    def poses(self) -> Floats:
         """Shape (m, 7)."""
         return self.motion[:, :7]
 
@@ -90,6 +91,7 @@ class _Run:
     def track(self) -> Track:
         """Simulate up to the last sample."""
         given = self._problem.commands
+        assert given is not None  # a Problem has them where it has no journal
         if self._scene["lockstep"]:
             self._answer_commands(given)
         else:
@@ -113,7 +115,7 @@ class _Run:
                 accept(topic, frame_id, force, torque, hold)
         self._advance(self._steps[-1])
 
-    def _hold_earlier(self, given: Commands, steps: NDArray) -> int:
+    def _hold_earlier(self, given: Commands, steps: Integers) -> int:
         """Hold what came before the start, for what is left of its time; returns the index of the first after it."""
         first = int(np.searchsorted(steps, 0))
         for topic in range(len(given.topics)):
@@ -124,8 +126,8 @@ class _Run:
             if hold is not None and self._problem.start is not None:
                 hold += int(steps[mine[-1]]) / self._scene["rate"]
             if hold is None or hold > 0.0:
-                (command,) = zip(*_columns(given.part(mine[-1:])), strict=True)
-                self._accept(*command, hold)
+                ((name, frame_id, force, torque),) = zip(*_columns(given.part(mine[-1:])), strict=True)
+                self._accept(name, frame_id, force, torque, hold)
         return first
 
     def _answer_commands(self, given: Commands) -> None:
@@ -133,8 +135,8 @@ class _Run:
         self._advance(0)
         for block in _blocks(0, len(given.values)):
             self._progress(simulation.time)
-            for topic, *command in zip(*_columns(given.part(block)), strict=True):
-                if self._accept(topic, *command, self._hold) and topic == given.topics[0]:
+            for topic, frame_id, force, torque in zip(*_columns(given.part(block)), strict=True):
+                if self._accept(topic, frame_id, force, torque, self._hold) and topic == given.topics[0]:
                     self._advance(simulation.steps + n)
         if self._taken < len(self._steps):
             raise BagError(
@@ -177,7 +179,7 @@ def _blocks(first: int, last: int) -> Iterator[slice]:
         yield slice(begin, min(begin + _AT_ONCE, last))
 
 
-def _columns(given: Commands) -> tuple[list, ...]:
+def _columns(given: Commands) -> tuple[list[Any], ...]:
     """Topic, frame, force and torque of each command."""
     names = [given.topics[i] for i in given.topic.tolist()]
     return names, given.frame_ids.tolist(), given.values[:, :3].tolist(), given.values[:, 3:].tolist()

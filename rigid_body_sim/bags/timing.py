@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from ..physics.arrays import Integers
 from .library import BagError
 from .reading import Messages
 
@@ -23,11 +24,11 @@ HEADER, RECEIVE = "header", "receive"
 class Times:
     """When each command of a topic reached the simulation [ns of simulated time], and how that is known."""
 
-    ns: NDArray
+    ns: Integers
     source: str
 
 
-def order(path: Path, topic: str, stamp_ns: NDArray, remedy: str) -> NDArray:
+def order(path: Path, topic: str, stamp_ns: Integers, remedy: str) -> Integers:
     """Indices in the order of the stamps, equal ones as they came.
 
     Raises BagError, with what would help, where they go further back than messages do that take longer than others.
@@ -39,12 +40,12 @@ def order(path: Path, topic: str, stamp_ns: NDArray, remedy: str) -> NDArray:
     return np.argsort(stamp_ns, kind="stable")
 
 
-def last_of_equal(ordered_ns: NDArray) -> NDArray:
+def last_of_equal(ordered_ns: Integers) -> NDArray[np.bool_]:
     """Which of rising stamps are not followed by the same."""
     return np.append(np.diff(ordered_ns) > 0, True)
 
 
-def _refuse_set_back(path: Path, topic: str, late_ns: NDArray, late: NDArray, remedy: str) -> None:
+def _refuse_set_back(path: Path, topic: str, late_ns: Integers, late: NDArray[np.bool_], remedy: str) -> None:
     edges = np.flatnonzero(np.diff(np.concatenate(([0], late.astype(np.int8), [0]))))
     rows = edges[1::2] - edges[::2]
     if late_ns.max() > MOST_LATE_NS or rows.max() > MOST_LATE_IN_A_ROW:
@@ -55,7 +56,7 @@ def _refuse_set_back(path: Path, topic: str, late_ns: NDArray, late: NDArray, re
         )
 
 
-def oddities(what: str, times_ns: NDArray, longest_ns: float | None = None) -> str:
+def oddities(what: str, times_ns: Integers, longest_ns: float | None = None) -> str:
     """A sentence about late, repeated and missing messages in times as they came; empty when there are none.
 
     A gap is longer than ``longest_ns``, or else than GAP times the usual interval.
@@ -111,7 +112,7 @@ def _unusable(commands: Messages, poses: Messages | None) -> str:
     return ""
 
 
-def _near(stamps: NDArray, times: NDArray) -> bool:
+def _near(stamps: Integers, times: Integers) -> bool:
     return bool(np.abs(stamps - times).max() < NEAR_NS)
 
 
@@ -125,7 +126,7 @@ def _answers(commands: Messages, poses: Messages) -> bool:
     return bool(np.isin(commands.stamp_ns, poses.stamp_ns).mean() > 0.5)
 
 
-def _carried_over(clock_ns: NDArray, poses: Messages | None) -> NDArray:
+def _carried_over(clock_ns: Integers, poses: Messages | None) -> Integers:
     """Times of the recorder's clock as simulated time: where the clock stood when poses came, simulated time stood."""
     if poses is None:
         return clock_ns
@@ -145,11 +146,11 @@ def seconds(time_ns: int) -> str:
     return f"{time_ns // NANOSECONDS}.{time_ns % NANOSECONDS:09d} s"
 
 
-def steps_at(times_ns: NDArray, rate: float) -> NDArray:
+def steps_at(times_ns: Integers, rate: float) -> Integers:
     """The last step whose time is not after each of ``times_ns`` [ns since step 0]: floor, steps stamped as rounded."""
     return np.floor((times_ns + 0.5) * (rate / NANOSECONDS) * (1.0 + 1e-15)).astype(np.int64)
 
 
-def nearest_steps(times_ns: NDArray, rate: float) -> NDArray:
+def nearest_steps(times_ns: Integers, rate: float) -> Integers:
     """The step nearest to each of ``times_ns`` [ns since step 0]."""
     return np.rint(times_ns * (rate / NANOSECONDS)).astype(np.int64)

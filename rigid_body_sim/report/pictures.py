@@ -42,8 +42,9 @@ def save(drawn: "Figure", folder: Path, stem: str, caption: str) -> Picture:
     """Write the figure as ``stem``.svg and ``stem``.png, the same bytes for the same picture."""
     import matplotlib
 
-    drawn.get_layout_engine().execute(drawn)  # once for both files
-    drawn.set_layout_engine("none")
+    if (engine := drawn.get_layout_engine()) is not None:
+        engine.execute(drawn)  # once for both files
+        drawn.set_layout_engine("none")
     with matplotlib.rc_context({"svg.hashsalt": stem}):
         drawn.savefig(folder / f"{stem}.svg", metadata={"Date": None, "Creator": None})
     drawn.savefig(folder / f"{stem}.png", dpi=PNG_DPI, metadata={"Software": None})

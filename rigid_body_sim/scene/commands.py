@@ -1,7 +1,7 @@
 """What a wrench command means: the frames in which it may be sent, and why some are refused."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 from ..physics.wrench import Wrench
 from .loader import Scene
@@ -9,7 +9,7 @@ from .loader import Scene
 NOT_FINITE = "not finite"
 UNKNOWN_FRAME = "unknown frame"
 
-Vector = tuple[float, ...] | list[float]
+Vector = Sequence[float]
 Meaning = Callable[[Vector, Vector], Wrench]  # of a force [N] and a torque [N m] in some frame
 Limit = Callable[[Vector, Vector], tuple[Vector, Vector]]  # of a force [N] and a torque [N m]
 
@@ -50,7 +50,7 @@ def scaled_down(vector: Vector, most: float) -> Vector:
 
 def make_wrench(meaning: Meaning, force: Vector, torque: Vector, what: str, limit: Limit) -> Wrench:
     """The wrench of a force [N] and a torque [N m] within limits. Raises RefusedError when it is not finite."""
-    if not all(map(math.isfinite, force + torque)):
+    if not all(map(math.isfinite, (*force, *torque))):
         raise RefusedError(NOT_FINITE, f"{what} with force {force} and torque {torque} refused: it is not finite")
     try:
         return meaning(*limit(force, torque))

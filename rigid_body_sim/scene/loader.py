@@ -2,7 +2,7 @@
 
 import os
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -26,7 +26,7 @@ class Frame:
     orientation: tuple[float, float, float, float]
     axes: str
 
-    def wrench(self, force: tuple[float, ...], torque: tuple[float, ...]) -> Wrench:
+    def wrench(self, force: Sequence[float], torque: Sequence[float]) -> Wrench:
         """The wrench of a force [N] at this frame's origin and a torque [N m], both in ``axes``."""
         if self.axes == "world":
             return Wrench(torque_world=torque, points=[(self.position, force)])

@@ -172,6 +172,7 @@ def _prepared(options: argparse.Namespace) -> tuple[Scene, Problem]:
         raise ValueError(
             "--topic, --times and --start are for bags without a journal, which this bag has; leave them out"
         )
+    scene: Scene | None
     if options.scene is not None:
         scene, told = load_scene(options.scene), f"Scene: {options.scene}."
     else:
@@ -218,6 +219,7 @@ def _bar(total: float) -> Iterator[Progress]:
 
 def _compare(problem: Problem, track: Track, options: argparse.Namespace, picture: Path | None) -> int:
     tolerance = Tolerance(*options.tolerance) if options.tolerance else USUAL_TOLERANCE
+    assert problem.recorded is not None  # looked at before
     comparison = Comparison(problem.stamp_ns, problem.recorded, track.poses)
     if picture is not None:
         resim_picture.draw(comparison, tolerance, f"{options.bag.name} simulated again", picture)

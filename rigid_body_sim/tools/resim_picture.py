@@ -1,11 +1,12 @@
 """The picture of rigid_body_resim: errors of position and attitude over time. Imports matplotlib only when it draws."""
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..bags.comparison import Comparison, Tolerance
+from ..physics.arrays import Floats
 from .picture import BLACK, BLUE, ORANGE
 
 MOST_POINTS = 4000  # in a line; of more, the largest of each group of neighbours
@@ -50,7 +51,7 @@ def draw(comparison: Comparison, tolerance: Tolerance, title: str, path: Path) -
     beside.replace(path)
 
 
-def _draw_errors(panel, name: str, time: NDArray, errors: NDArray, most: float) -> None:
+def _draw_errors(panel: Any, name: str, time: Floats, errors: Floats, most: float) -> None:
     panel.set_ylabel(name, fontsize=12)
     panel.grid(True, color="#DDDDDD", linewidth=0.7)
     panel.set_axisbelow(True)
@@ -71,7 +72,7 @@ def _draw_errors(panel, name: str, time: NDArray, errors: NDArray, most: float) 
         )  # fmt: skip
 
 
-def _name_divergence(panel, comparison: Comparison, diverged: int) -> None:
+def _name_divergence(panel: Any, comparison: Comparison, diverged: int) -> None:
     time = comparison.time[diverged]
     left = time > 0.7 * comparison.time[-1]
     panel.annotate(
@@ -80,7 +81,7 @@ def _name_divergence(panel, comparison: Comparison, diverged: int) -> None:
     )  # fmt: skip
 
 
-def thinned(time: NDArray, errors: NDArray) -> tuple[NDArray, NDArray]:
+def thinned(time: Floats, errors: Floats) -> tuple[Floats, Floats]:
     """A line of at most MOST_POINTS that shows every peak."""
     group = -(-len(time) // MOST_POINTS)
     if group == 1:

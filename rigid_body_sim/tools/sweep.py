@@ -270,6 +270,7 @@ def _begin(work: Work) -> None:
 
 
 def _one_run_here(values: Values) -> dict[str, Any]:
+    assert _work is not None  # since _begin
     return one_run(_work, values)
 
 
