@@ -18,7 +18,8 @@ def part(folder: Path) -> str:
     rows = json.loads((folder / f"{STEM}.json").read_text(encoding="utf-8"))
     facts = json.loads((folder / page.FACTS).read_text(encoding="utf-8"))
     table = page.markdown_table(Table(STEM, list(rows[0]), [list(row.values()) for row in rows]))
-    return f"{table}\n\nMade by `{facts['command']}` on {facts['date']}, {facts['machine']}."
+    quick = " --quick" if "--quick" in facts["command"] else ""  # the rest is where files lie on that machine
+    return f"{table}\n\nMade by `rigid_body_report{quick}` on {facts['date']}, {facts['machine']}."
 
 
 def main(folder: str, root: str = ".") -> int:
