@@ -1,4 +1,4 @@
-"""Entry point of rigid_body_resim: simulate again what a bag holds, write it, compare, draw, or vary the scene."""
+"""What rigid_body_resim does: simulate again what a bag holds, write it, compare, draw, or vary the scene."""
 
 import argparse
 import contextlib
@@ -20,20 +20,22 @@ from ..bags.resimulating import Progress, Track
 from ..scene.loader import Scene, load_scene
 from ..simulation import SimulationError
 from . import resim_output, resim_picture, sweep
+from .resim_main import INTERRUPTED
 
-SAME, FAILED, DIFFERS, INTERRUPTED = 0, 1, 2, 130
+SAME, FAILED, DIFFERS = 0, 1, 2
 USUAL_TOLERANCE = Tolerance(1e-9, 1e-9)
 HOW_TO_INSTALL = "pip install rigid_body_sim[bag]"
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Do what the command line asks for. Returns the exit status: 0 same, 1 failed, 2 differs, 130 after Ctrl-C."""
-    options = _parser().parse_args(arguments)
+    """Do what the command line asks for. Returns the exit status: 0 same, 1 failed, 2 differs, 130 stopped."""
+    options = None
     try:
+        options = _parser().parse_args(arguments)
         return _vary(options) if options.vary else _simulate_again(options)
     except KeyboardInterrupt:
         text, status = "interrupted", INTERRUPTED
-        if options.vary:
+        if options is not None and options.vary:
             text += "; the same command goes on with the runs that are left"
     except ImportError as reason:
         text, status = f"{reason}; {HOW_TO_INSTALL}", FAILED
@@ -54,7 +56,7 @@ def _parser() -> argparse.ArgumentParser:
     parser = _Parser(
         prog="rigid_body_resim",
         description="Simulates again, offline and at full speed, what a bag holds, and compares with the poses in it. "
-        "Exit status: 0 the same within the tolerance, 2 different, 1 an error.",
+        "Exit status: 0 the same within the tolerance, 2 different, 1 an error, 130 after Ctrl-C or SIGTERM.",
     )
     parser.add_argument("bag", type=Path, metavar="IN", help="a bag: its folder, or a lone .mcap or .db3 file")
     parser.add_argument(
@@ -276,7 +278,3 @@ def _vary(options: argparse.Namespace) -> int:
     if lost:
         raise BagError(f"{len(lost)} runs were lost ({lost[0]}); the same command runs them again")
     return SAME
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -264,7 +264,7 @@ _work: Work | None = None  # of a worker process
 
 def _begin(work: Work) -> None:
     global _work
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the process that started this one
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGTERM})
     _work = work
     _warm()
 
@@ -279,13 +279,27 @@ def processes(count: int) -> Runs:
     def runs(work: Work, wanted: Sequence[Values]) -> Iterator[Outcome]:
         pool = futures.ProcessPoolExecutor(min(count, len(wanted)), get_context("spawn"), _begin, (work,))
         try:
-            running = {pool.submit(_one_run_here, values): values for values in wanted}
+            with _signals_put_off():
+                running = {pool.submit(_one_run_here, values): values for values in wanted}
             for future in futures.as_completed(running):
                 yield _outcome(future, running[future])
         finally:
             pool.shutdown(cancel_futures=True)
 
     return runs
+
+
+@contextlib.contextmanager
+def _signals_put_off() -> Iterator[None]:
+    """Ctrl-C and SIGTERM are heard at the end, and never by processes that start meanwhile: this one ends them.
+
+    Python itself has no quiet answer to Ctrl-C while it imports what a new process needs.
+    """
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, signal.SIGTERM})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def dask(address: str) -> Runs:

@@ -133,7 +133,7 @@ def test_damage_within_a_message_is_told(tmp_path):
     for place in places:
         file.write_bytes(whole[:place] + bytes([whole[place] ^ 1]) + whole[place + 1 :])
         for path in (file, file.parent):
-            with pytest.raises(BagError, match="cannot be read, it is damaged .*checksum"):
+            with pytest.raises(BagError, match=r"cannot be read, it is damaged .*checksum"):
                 read(path)
         with file.open("rb") as stream_, pytest.raises(CRCValidationError):
             list(make_reader(stream_, validate_crcs=True).iter_messages())

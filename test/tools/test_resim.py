@@ -1,6 +1,7 @@
 """rigid_body_resim as it is called: what it says, what it leaves behind, and its exit status."""
 
 import os
+import signal
 import subprocess
 import sys
 
@@ -231,7 +232,41 @@ def test_as_a_program(folder):
     """With its exit status, and no progress bar where there is no terminal."""
     write_scene(folder / "other.yaml", **{"body.mass": 2.1})
     for scene, status in (("scene.yaml", 0), ("other.yaml", 2), ("none.yaml", 1)):
-        command = [sys.executable, "-m", "rigid_body_sim.tools.resim", "run", "--scene", scene]
+        command = [sys.executable, "-m", "rigid_body_sim.tools.resim_main", "run", "--scene", scene]
         ended = subprocess.run(command, capture_output=True, text=True)
         assert ended.returncode == status
         assert len(ended.stderr.splitlines()) == (status == 1)
+
+
+@pytest.mark.parametrize("number", (signal.SIGINT, signal.SIGTERM))
+def test_stopped_while_it_starts(folder, number):
+    """In the middle of the imports: one of the modules sends the signal."""
+    text = (
+        f"import os, time\nos.kill(os.getpid(), {int(number)})\ntime.sleep(60)\nraise AssertionError('not stopped')\n"
+    )
+    (folder / "yaml.py").write_text(text)
+    command = [sys.executable, "-m", "rigid_body_sim.tools.resim_main", "run"]
+    ended = subprocess.run(command, capture_output=True, text=True)
+    assert (ended.returncode, ended.stdout, ended.stderr) == (130, "", "")
+
+
+@pytest.mark.parametrize("number", (signal.SIGINT, signal.SIGTERM))
+def test_stopped_while_it_writes(folder, number):
+    """Nothing of the bag is left, neither under its name nor beside it."""
+    there = sorted(os.listdir())
+    text = f"""
+import os, signal, sys
+from rigid_body_sim.tools import resim_main, resim_output
+whole = resim_output._messages
+def stopped(*given):
+    yield next(whole(*given))
+    assert any(name.startswith(".again.") for name in os.listdir())
+    os.kill(os.getpid(), {int(number)})
+    yield from whole(*given)
+resim_output._messages = stopped
+sys.argv = ["rigid_body_resim", "run", "--scene", "scene.yaml", "--out", "again"]
+sys.exit(resim_main.main())
+"""
+    ended = subprocess.run([sys.executable, "-c", text], capture_output=True, text=True)
+    assert (ended.returncode, ended.stderr) == (130, "rigid_body_resim: interrupted\n")
+    assert sorted(os.listdir()) == there

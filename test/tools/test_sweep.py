@@ -1,5 +1,6 @@
 """Grids of runs: every row is there once and right, whatever is interrupted, in processes and on a Dask cluster."""
 
+import contextlib
 import csv
 import json
 import os
@@ -7,6 +8,7 @@ import signal
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -174,18 +176,54 @@ def children():
     return [child.pid for child in multiprocessing.active_children()]
 
 
-def test_ctrl_c_keeps_the_rows(folder):
-    """As from a terminal: the signal goes to all processes of the group."""
-    command = [sys.executable, "-m", "rigid_body_sim.tools.resim", *SWEEP, "body.mass=1:3:2000", "--csv", "rows.csv"]
-    process = subprocess.Popen(
-        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
-    )
-    wait(lambda: (folder / "rows.csv").exists() and len(rows_of(folder / "rows.csv")) > 3, "some rows")
-    os.killpg(process.pid, signal.SIGINT)
+def begin_a_long_sweep():
+    command = [sys.executable, "-m", "rigid_body_sim.tools.resim_main", *SWEEP]
+    return subprocess.Popen(
+        [*command, "body.mass=1:3:2000", "--csv", "rows.csv"],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True,
+    )  # fmt: skip
+
+
+def assert_interrupted(process):
+    """With one sentence, and without a process that it leaves behind."""
     _, err = process.communicate(timeout=WITHIN)
     assert process.returncode == 130
     assert err.strip() == "rigid_body_resim: interrupted; the same command goes on with the runs that are left"
+    wait(lambda: not in_group(process.pid), "the end of all processes")
+
+
+def in_group(group):
+    """Processes of a group that are no zombies; init may be slow to bury those."""
+    states = []
+    for stat in Path("/proc").glob("[0-9]*/stat"):
+        with contextlib.suppress(OSError):
+            state, _, its_group = stat.read_text().rpartition(")")[2].split()[:3]
+            states += [state] if int(its_group) == group and state != "Z" else []
+    return states
+
+
+@pytest.mark.parametrize(
+    "send",
+    [
+        pytest.param(lambda process: os.killpg(process.pid, signal.SIGINT), id="Ctrl-C"),
+        pytest.param(lambda process: process.terminate(), id="SIGTERM"),
+    ],
+)
+def test_signals_keep_the_rows(folder, send):
+    """Ctrl-C as from a terminal, to all processes of the group; SIGTERM to the one that was started."""
+    process = begin_a_long_sweep()
+    wait(lambda: (folder / "rows.csv").exists() and len(rows_of(folder / "rows.csv")) > 3, "some rows")
+    send(process)
+    assert_interrupted(process)
     assert 3 < len(rows_of(folder / "rows.csv")) < 2000
+
+
+def test_ctrl_c_while_workers_start(folder):
+    """They import the package then, and must not tell of an interrupted import."""
+    process = begin_a_long_sweep()
+    wait(lambda: len(in_group(process.pid)) > 2, "a worker")  # beside multiprocessing's own process
+    os.killpg(process.pid, signal.SIGINT)
+    assert_interrupted(process)
 
 
 def wait(true, what):
