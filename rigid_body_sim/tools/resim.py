@@ -175,7 +175,7 @@ def _prepared(options: argparse.Namespace) -> tuple[Scene, Problem]:
             "--topic, --times and --start are for bags without a journal, which this bag has; leave them out"
         )
     if options.scene is not None:
-        scene, told = load_scene(options.scene), f"Scene: {options.scene}."
+        scene, told = _scene_in(options.scene), f"Scene: {options.scene}."
     else:
         scene, told = problems.scene_of(recording), "Scene: as the node recorded it."
     if scene is None:
@@ -184,6 +184,15 @@ def _prepared(options: argparse.Namespace) -> tuple[Scene, Problem]:
     problem = problems.prepare(recording, scene, choices)
     _tell(recording, problem, told)
     return scene, problem
+
+
+def _scene_in(path: Path) -> Scene:
+    try:
+        return load_scene(path)
+    except OSError as reason:
+        raise ValueError(
+            f"--scene {path}: cannot be read ({reason.strerror}); give a parameter file of the node"
+        ) from None
 
 
 def _tell(recording: Recording, problem: Problem, told: str) -> None:
@@ -269,6 +278,7 @@ def _vary(options: argparse.Namespace) -> int:
     if options.workers is not None and options.dask is not None:
         raise ValueError("--workers is for processes of this machine; leave it or --dask out")
     variations = [sweep.variation(text) for text in options.vary]
+    sweep.check(variations)
     scene, problem = _prepared(options)
     path = options.csv or Path(f"{_stem(options.bag)}.csv")
     table = sweep.Table(path, problem, scene, variations)

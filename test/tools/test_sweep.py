@@ -122,12 +122,25 @@ def test_rows_of_another_command_are_not_gone_on_with(folder, capsys):
         (("body.mass=1:2:0",), "1:2:0 is not first:last:count"),
         (("body.mass=heavy",), "heavy is not first:last:count or numbers"),
         (("body.mass=-1,1",), "parameter body.mass = -1.0: is out of range"),
+        (("body.mass=1,2,1.0",), "--vary body.mass=1,2,1.0: has the value 1.0 twice; give each once"),
+        (("body.mass=2:2:3",), "has the value 2.0 twice"),
+        (("body.mass=nan,1",), "parameter body.mass = nan: is not finite"),
+        (("gravity[2]=nan,1",), "parameter gravity[2] = nan: is not finite"),
+        (("drag.linear[0]=0,-1",), "parameter drag.linear[0] = -1.0: is out of range"),
+        (("integrator.name=rk4,euler",), "parameter integrator.name = 'euler': give one of auto, taylor"),
+        (("record.path=a,b",), "record.path does not change the motion"),
+        (("twist_frame=world,body",), "twist_frame does not change the motion"),
+        (("body.frame_id=a,b",), "body.frame_id does not change the motion"),
+        (("outputs=odom",), "is of type string array"),
+        (("body.mass=1:2:1000000000",), "asks for 1000000000 runs; give at most 1000000"),
+        (("body.mass=1:2:inf",), "1:2:inf is not first:last:count"),
+        (("body.mass=1", "--csv", "run"), "--csv run: is a folder; give a file, such as run/runs.csv"),
         (("gravity=1,2",), "give one entry, such as gravity[0]=..."),
         (("gravity[3]=1,2",), "gravity has the entries 0 to 2"),
         (("body.mass[0]=1",), "give no [0]: it is no array"),
         (("lockstep=true",), "is of type bool; numbers and texts can be varied"),
         (("body.mass=1", "--vary", "body.mass=2"), "--vary body.mass is given twice"),
-        (("body.mass=1:2:1000", "--vary", "rate=1:2:2000"), "asks for 2e+06 runs"),
+        (("body.mass=1:2:1000", "--vary", "rate=1:2:2000"), "asks for 2000000 runs; give at most 1000000"),
         (("body.mass=1", "--out", "again"), "--out is for one run"),
         (("body.mass=1", "--tolerance", "1", "1"), "--tolerance is for one run"),
         (("body.mass=1", "--csv", "none/rows.csv"), "--csv none/rows.csv: there is no such folder"),
@@ -136,6 +149,26 @@ def test_rows_of_another_command_are_not_gone_on_with(folder, capsys):
 )
 def test_what_cannot_be_varied(folder, capsys, arguments, said):
     assert said in refusal(capsys, *SWEEP, *arguments)
+
+
+def test_values_are_checked_before_the_bag_is_read(folder, capsys):
+    for values in ("body.mass=1:2:1000000000", "body.mass=1,1", "record.path=a"):
+        assert f"--vary {values}" in refusal(capsys, "none", "--vary", values)
+    grid = ("--vary", "body.mass=1:2:1001", "--vary", "gravity[0]=1:2:1000")
+    assert "asks for 1001000 runs" in refusal(capsys, "none", *grid)
+
+
+def test_what_a_journal_has_noted_cannot_be_varied(folder, capsys):
+    making.make(folder / "own", runs.with_journal(BASE, runs.sends(BASE, SECONDS), SECONDS))
+    for values in ("wrench.timeout=0.1,0.2", "frames.hook.position[0]=0,1"):
+        assert "the journal holds the commands as they took effect" in refusal(capsys, "own", "--vary", values)
+
+
+def test_progress_without_a_terminal_is_a_line_now_and_then(folder, capsys, monkeypatch):
+    monkeypatch.setattr(sweep, "TELL_EVERY", 0.0)
+    assert call(capsys, *SWEEP, "body.mass=1:3:3")[2].splitlines() == [
+        f"rigid_body_resim: {count} of 3 runs" for count in (1, 2, 3)
+    ]
 
 
 def test_initial_state_of_a_bag_that_begins_late_cannot_be_varied(folder, capsys):
