@@ -89,15 +89,19 @@ def variation(text: str) -> Variation:
         raise ValueError(f"--vary {text}: give {entry}")
     if index is not None and parameter.length and index >= parameter.length:
         raise ValueError(f"--vary {text}: {name} has the entries 0 to {parameter.length - 1}")
-    values = _values(text, match["values"], parameter.type)
     one = parameter if index is None else replace(parameter, type=float, length=None)
     column = name if index is None else f"{name}[{index}]"
-    values = tuple(one.read(column, value) for value in values)
+    values = tuple(one.read(column, value) for value in _values(text, match["values"], parameter.type))
+    _check_values(text, name, values)
+    return Variation(text, name, index, values)
+
+
+def _check_values(text: str, name: str, values: Values) -> None:
     if name == "integrator.name" and (unknown := [value for value in values if value not in integrators.CHOICES]):
         raise ValueError(f"parameter integrator.name = {unknown[0]!r}: give {integrators.RULE}")
-    if twice := [value for value in values if values.count(value) > 1]:
+    twice = [first for first, second in itertools.pairwise(sorted(values)) if first == second]
+    if twice:
         raise ValueError(f"--vary {text}: has the value {twice[0]} twice; give each once")
-    return Variation(text, name, index, values)
 
 
 def check(variations: Sequence[Variation]) -> None:
@@ -120,7 +124,7 @@ def _values(text: str, given: str, kind: type) -> Values:
         if ":" not in given:
             return tuple(map(convert, given.split(",")))
         first, last, count = map(float, given.split(":"))
-        if count < 1 or count != int(count):
+        if count < 1 or count != int(count) or not math.isfinite(first + last):
             raise ValueError
     except (ValueError, OverflowError):
         raise ValueError(f"--vary {text}: {given} is not first:last:count or numbers such as 1,2.5") from None
@@ -364,7 +368,9 @@ def _client(address: str) -> Iterator[Any]:
     try:
         from distributed import Client
     except ImportError as reason:
-        raise ValueError(f"--dask needs the package distributed ({reason}); pip install rigid_body_sim[dask]") from None
+        raise ValueError(
+            f"--dask needs the package distributed ({reason}); pip install '.[dask]' in the folder of rigid_body_sim"
+        ) from None
     try:
         client = Client(address, timeout=CONNECT_WITHIN)
     except (OSError, ValueError, TypeError) as reason:

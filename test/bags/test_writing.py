@@ -228,6 +228,6 @@ def test_without_rosbags(tmp_path, monkeypatch):
 
     library.typestore.cache_clear()
     monkeypatch.setitem(sys.modules, "rosbags.rosbag2", None)
-    with pytest.raises(BagError, match=r"pip install 'rigid_body_sim\[bag\]'"):
+    with pytest.raises(BagError, match=r"pip install '\.\[bag,fast\]'"):
         BagWriter(tmp_path / "bag", TOPICS)
     assert list(tmp_path.iterdir()) == []

@@ -87,10 +87,43 @@ def test_scene_of_the_journal(folder, capsys):
     assert "Scene: as the node recorded it." in out and "Equal to the bit" in out
 
 
+def test_one_is_not_many(folder, capsys):
+    given = runs.sends(BASE, SECONDS)[:1]
+    making.make(folder / "one", runs.in_real_time(BASE, given, SECONDS))
+    making.make(folder / "own", runs.with_journal(BASE, given, 0.01))
+    assert "one: 1 command on /wrench, 51 poses" in call(capsys, "one", "--scene", "scene.yaml")[1]
+    out = call(capsys, "own")[1]
+    assert "own: 1 journal entry, 1 pose on /pose" in out and "Equal to the bit: 1 pose\n" in out
+
+
 def test_defaults_of_the_node_where_nothing_tells_the_scene(folder, capsys):
     status, out, _ = call(capsys, "run", "--start", "scene")
     assert status == 2
     assert "Scene: the node's defaults, because neither --scene nor a journal gives one." in out
+
+
+def with_poses_lost(messages, lost):
+    """Of the poses, those numbered so are not a number."""
+    poses = (i for i, entry in enumerate(messages) if entry[0] == "/pose")
+    for k, i in enumerate(poses):
+        if k in lost:
+            topic, receive_ns, pose = messages[i]
+            stamp = pose.header.stamp
+            nothing = making.pose_stamped(stamp.sec * 10**9 + stamp.nanosec, "world", [np.nan] * 7)
+            messages[i] = topic, receive_ns, nothing
+    return messages
+
+
+def test_poses_that_are_not_finite_are_left_out(folder, capsys):
+    given = runs.sends(BASE, SECONDS)
+    making.make(folder / "own", with_poses_lost(runs.with_journal(BASE, given, SECONDS), {0, 20}))
+    making.make(folder / "lost", with_poses_lost(runs.in_real_time(BASE, given, SECONDS), {20, 50}))
+    for arguments, first in ((("own",), 1), (("lost", "--scene", "scene.yaml"), 21)):
+        status, out, _ = call(capsys, *arguments)
+        assert status == 0 and "Equal to the bit: 49 poses" in out
+        assert f"2 of 51 poses on /pose are not finite, the first is message {first}, stamped 17000000" in out
+    making.make(folder / "none", with_poses_lost(runs.in_real_time(BASE, given, SECONDS), range(51)))
+    assert "51 of 51 poses on /pose are not finite" in refusal(capsys, "none", "--scene", "scene.yaml")
 
 
 def test_bag_is_written_and_can_be_compared_again(folder, capsys):
@@ -225,8 +258,7 @@ def test_choices_that_a_journal_makes(folder, capsys):
     "arguments", (("run", "--tolerance", "-1", "1"), ("run", "--tolerance", "x", "1"), ("run", "--colour"), ())
 )
 def test_bad_command_line_is_an_error_not_a_difference(folder, capsys, arguments):
-    status, _, err = call(capsys, *arguments)
-    assert status == 1 and "usage: rigid_body_resim" in err
+    assert "; --help tells what can be given" in refusal(capsys, *arguments)
 
 
 def test_as_a_program(folder):

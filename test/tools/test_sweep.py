@@ -133,6 +133,8 @@ def test_rows_of_another_command_are_not_gone_on_with(folder, capsys):
         (("body.frame_id=a,b",), "body.frame_id does not change the motion"),
         (("outputs=odom",), "is of type string array"),
         (("body.mass=1:2:1000000000",), "asks for 1000000000 runs; give at most 1000000"),
+        (("body.mass=1:inf:3",), "1:inf:3 is not first:last:count"),
+        (("steps_per_command=1:inf:3",), "1:inf:3 is not first:last:count"),
         (("body.mass=1:2:inf",), "1:2:inf is not first:last:count"),
         (("body.mass=1", "--csv", "run"), "--csv run: is a folder; give a file, such as run/runs.csv"),
         (("gravity=1,2",), "give one entry, such as gravity[0]=..."),
@@ -361,7 +363,7 @@ def test_no_scheduler_there(folder, capsys, monkeypatch):
 def test_without_distributed(folder, capsys, monkeypatch):
     monkeypatch.setitem(sys.modules, "distributed", None)
     status, _, err = call(capsys, "run", "--scene", "scene.yaml", "--vary", "body.mass=1,2", "--dask", "tcp://a:1")
-    assert status == 1 and "pip install rigid_body_sim[dask]" in err
+    assert status == 1 and "pip install '.[dask]'" in err
 
 
 def test_workers_of_another_version_are_refused(folder, capsys, cluster, monkeypatch):
