@@ -65,7 +65,8 @@ class Problem:
 
     epoch_ns: int
     stamp_ns: NDArray  # (m,)
-    receive_ns: NDArray  # (m,)
+    receive_ns: NDArray  # (m,) of the poses
+    twist_receive_ns: NDArray  # (m,) of the twists of these stamps, or else of the poses
     recorded: NDArray | None  # (m, 7) poses
     pose_topic: str
     twist_topic: str
@@ -123,6 +124,7 @@ def _by_commands(
         epoch_ns,
         poses.stamp_ns,
         poses.receive_ns,
+        _received(twists, poses),
         poses.values,
         pose,
         twist or _beside(pose),
@@ -160,6 +162,7 @@ def _by_journal(recording: Recording, scene: Scene, pose: str | None, twist: str
     if pose is None:
         raise BagError(f"{recording.path}: has a journal, but no pose to compare with; record pose, too")
     poses = _finite(recording, pose, notes)
+    twists = recording.twists.get(twist)
     entries = tuple(journals.read(recording.journal))
     notes.append("Simulated by the node's own journal: each command takes effect at the step at which it did.")
     notes.append(_other_kernels(journals.beginning(entries)))
@@ -167,6 +170,7 @@ def _by_journal(recording: Recording, scene: Scene, pose: str | None, twist: str
         journals.beginning(entries).epoch_ns,
         poses.stamp_ns,
         poses.receive_ns,
+        _received(twists, poses),
         poses.values,
         pose,
         twist or _beside(pose),
@@ -199,7 +203,7 @@ def _without_poses(
     stamp_ns = epoch_ns + np.rint(np.arange(count) * period).astype(np.int64)
     pose = f"{names[0].rpartition('/')[0]}/pose"
     notes = tuple(filter(None, notes))
-    return Problem(epoch_ns, stamp_ns, stamp_ns, None, pose, _beside(pose), commands=commands, notes=notes)
+    return Problem(epoch_ns, stamp_ns, stamp_ns, stamp_ns, None, pose, _beside(pose), commands=commands, notes=notes)
 
 
 def _between_steps(since_ns: NDArray, rate: float) -> str:
@@ -210,6 +214,15 @@ def _between_steps(since_ns: NDArray, rate: float) -> str:
     if not between:
         return ""
     return f"{between} poses lie between two steps, by up to {off.max() / NANOSECONDS:.3g} s; the nearest step counts."
+
+
+def _received(twists: Messages | None, poses: Messages) -> NDArray:
+    """When the twist of each pose's stamp was received; of a stamp that comes again, the first."""
+    received = poses.receive_ns.copy()
+    if twists is not None:
+        _, pose, twist = np.intersect1d(poses.stamp_ns, twists.stamp_ns, return_indices=True)
+        received[pose] = twists.receive_ns[twist]
+    return received
 
 
 def _beside(pose: str) -> str:
