@@ -58,7 +58,7 @@ setup(
             "rigid_body_node = rigid_body_sim.ros.main:main",
             "rigid_body_demo = rigid_body_sim.tools.demo:main",
             "rigid_body_report = rigid_body_sim.report.main:main",
-            "rigid_body_resim = rigid_body_sim.tools.resim:main",
+            "rigid_body_resim = rigid_body_sim.tools.resim_main:main",
             "pointing_controller = rigid_body_sim.tools.pointing_controller:main",
         ],
     },

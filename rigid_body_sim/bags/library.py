@@ -3,6 +3,8 @@
 import functools
 from typing import Any
 
+HOW_TO_INSTALL = "pip install '.[bag,fast]' in the folder of rigid_body_sim"
+
 
 class BagError(Exception):
     """A bag that cannot be made, read or replayed; the text is one sentence that says what would be right."""
@@ -14,7 +16,7 @@ def require() -> None:
         import rosbags.rosbag2  # noqa: F401
     except ImportError as reason:
         raise BagError(
-            f"bags need the library rosbags, which cannot be imported ({reason}); pip install 'rigid_body_sim[bag]'"
+            f"bags need the library rosbags, which cannot be imported ({reason}); {HOW_TO_INSTALL}"
         ) from None
 
 

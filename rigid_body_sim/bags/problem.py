@@ -66,7 +66,8 @@ class Problem:
 
     epoch_ns: int
     stamp_ns: Integers  # (m,)
-    receive_ns: Integers  # (m,)
+    receive_ns: Integers  # (m,) of the poses
+    twist_receive_ns: Integers  # (m,) of the twists of these stamps, or else of the poses
     recorded: Floats | None  # (m, 7) poses
     pose_topic: str
     twist_topic: str
@@ -124,6 +125,7 @@ def _by_commands(
         epoch_ns,
         poses.stamp_ns,
         poses.receive_ns,
+        _received(twists, poses),
         poses.values,
         pose,
         twist or _beside(pose),
@@ -134,16 +136,34 @@ def _by_commands(
 
 
 def _poses_in_order(recording: Recording, pose: str, notes: list[str]) -> Messages:
-    poses = recording.poses[pose]
+    poses = _finite(recording, pose, notes)
     notes.append(timing.oddities(f"Stamps of {pose}", poses.stamp_ns))
     poses = _chosen(poses, timing.order(recording.path, pose, poses.stamp_ns, CUT_OR_RECORD))
     return _chosen(poses, timing.last_of_equal(poses.stamp_ns))
 
 
+def _finite(recording: Recording, pose: str, notes: list[str]) -> Messages:
+    """The poses without those that are none: they are counted. Raises BagError when none is left."""
+    poses = recording.poses[pose]
+    finite = np.isfinite(poses.values).all(axis=1)
+    if finite.all():
+        return poses
+    first = int(np.argmin(finite))
+    found = (
+        f"{int((~finite).sum())} of {len(finite)} poses on {pose} are not finite, the first is message {first + 1}, "
+        f"stamped {timing.seconds(int(poses.stamp_ns[first]))}"
+    )
+    if not finite.any():
+        raise BagError(f"{recording.path}: {found}; give a bag with poses, or another topic with --pose")
+    notes.append(f"{found}: left out.")
+    return _chosen(poses, finite)
+
+
 def _by_journal(recording: Recording, scene: Scene, pose: str | None, twist: str | None, notes: list[str]) -> Problem:
     if pose is None:
         raise BagError(f"{recording.path}: has a journal, but no pose to compare with; record pose, too")
-    poses = recording.poses[pose]
+    poses = _finite(recording, pose, notes)
+    twists = recording.twists.get(twist)
     entries = tuple(journals.read(recording.journal))
     notes.append("Simulated by the node's own journal: each command takes effect at the step at which it did.")
     notes.append(_other_kernels(journals.beginning(entries)))
@@ -151,6 +171,7 @@ def _by_journal(recording: Recording, scene: Scene, pose: str | None, twist: str
         journals.beginning(entries).epoch_ns,
         poses.stamp_ns,
         poses.receive_ns,
+        _received(twists, poses),
         poses.values,
         pose,
         twist or _beside(pose),
@@ -183,7 +204,7 @@ def _without_poses(
     stamp_ns = epoch_ns + np.rint(np.arange(count) * period).astype(np.int64)
     pose = f"{names[0].rpartition('/')[0]}/pose"
     told = tuple(filter(None, notes))
-    return Problem(epoch_ns, stamp_ns, stamp_ns, None, pose, _beside(pose), commands=commands, notes=told)
+    return Problem(epoch_ns, stamp_ns, stamp_ns, stamp_ns, None, pose, _beside(pose), commands=commands, notes=told)
 
 
 def _between_steps(since_ns: Integers, rate: float) -> str:
@@ -194,6 +215,15 @@ def _between_steps(since_ns: Integers, rate: float) -> str:
     if not between:
         return ""
     return f"{between} poses lie between two steps, by up to {off.max() / NANOSECONDS:.3g} s; the nearest step counts."
+
+
+def _received(twists: Messages | None, poses: Messages) -> NDArray:
+    """When the twist of each pose's stamp was received; of a stamp that comes again, the first."""
+    received = poses.receive_ns.copy()
+    if twists is not None:
+        _, pose, twist = np.intersect1d(poses.stamp_ns, twists.stamp_ns, return_indices=True)
+        received[pose] = twists.receive_ns[twist]
+    return received
 
 
 def _beside(pose: str) -> str:

@@ -16,7 +16,7 @@ MOST_LATE_NS = NANOSECONDS  # what is further behind is no message that took lon
 MOST_LATE_IN_A_ROW = 10
 NEAR_NS = NANOSECONDS  # how far a stamp may be from what it should be near to
 LATENCY_NS = 5_000_000  # most that a pose takes to the recorder; simulated time that begins later is further behind
-GAP = 2.5  # times the usual interval
+GAP = 1.5  # times the usual interval: poses are stamped with simulated time, so one that is lost leaves 2
 HEADER, RECEIVE = "header", "receive"
 
 
@@ -94,7 +94,7 @@ def of_commands(commands: Messages, poses: Messages | None, asked: str | None) -
     told = "the stamps in their headers"
     other_clock = poses is not None and not _answers(commands, poses) and not _stamped_as_sent(poses)
     if other_clock and _near(commands.stamp_ns, commands.receive_ns):
-        return Times(_carried_over(commands.stamp_ns, poses), f"{told}, which are of the recorder's clock")
+        return Times(_carried_over(commands.stamp_ns, poses), f"{told}, which are wall-clock time, not simulated time")
     return Times(commands.stamp_ns, told)
 
 

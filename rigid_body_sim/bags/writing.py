@@ -3,6 +3,7 @@
 import contextlib
 import os
 import struct
+import zlib
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import islice
@@ -18,6 +19,8 @@ _AT_ONCE = 1000  # messages packed between two looks at the size of the chunk
 _RECORD = struct.Struct("<BQHIQQ")  # of MCAP: op code, length of the rest, channel, sequence, log and publish time
 _MESSAGE = 0x05
 _COUNTED = _RECORD.size - 9  # bytes of it that the length counts
+_CHECKSUM = struct.Struct("<I")
+_TO_CHECKSUM = 9 + 24  # bytes from the begin of a chunk's record: op code and length, two times and a size
 _TEXT_HEAD = struct.Struct("<4sI")
 _LITTLE_ENDIAN = b"\x00\x01\x00\x00"  # plain CDR
 
@@ -89,10 +92,19 @@ class BagWriter:
             return
         self._count(index)
         with self._keeping_whole_chunks():
-            self._storage.close_chunk()
+            self._close_chunk()
             self._storage.bio.flush()
         self._safe_bytes = self._storage.bio.tell()
         self.written += sum(map(len, index.values()))
+
+    def _close_chunk(self) -> None:
+        """Add the chunk to the file, with the checksum of its records, in whose place rosbags writes "none"."""
+        file, begin = self._storage.bio, self._storage.bio.tell()
+        checksum = zlib.crc32(self._storage.chunk.bio.getbuffer())
+        self._storage.close_chunk()
+        file.seek(begin + _TO_CHECKSUM)
+        file.write(_CHECKSUM.pack(checksum))
+        file.seek(0, os.SEEK_END)
 
     def _count(self, index: dict[int, list[tuple[int, int]]]) -> None:
         """Note of the messages in a chunk what rosbags notes of each, for chunk, file and metadata.yaml."""

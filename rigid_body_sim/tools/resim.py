@@ -1,4 +1,4 @@
-"""Entry point of rigid_body_resim: simulate again what a bag holds, write it, compare, draw, or vary the scene."""
+"""What rigid_body_resim does: simulate again what a bag holds, write it, compare, draw, or vary the scene."""
 
 import argparse
 import contextlib
@@ -13,27 +13,28 @@ from typing import NoReturn
 from ..bags import problem as problems
 from ..bags import resimulating, timing
 from ..bags.comparison import Comparison, Tolerance
-from ..bags.library import BagError
+from ..bags.library import HOW_TO_INSTALL, BagError
 from ..bags.problem import Choices, Problem
 from ..bags.reading import Recording, read
 from ..bags.resimulating import Progress, Track
 from ..scene.loader import Scene, load_scene
 from ..simulation import SimulationError
 from . import resim_output, resim_picture, sweep
+from .resim_main import INTERRUPTED
 
-SAME, FAILED, DIFFERS, INTERRUPTED = 0, 1, 2, 130
+SAME, FAILED, DIFFERS = 0, 1, 2
 USUAL_TOLERANCE = Tolerance(1e-9, 1e-9)
-HOW_TO_INSTALL = "pip install rigid_body_sim[bag]"
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Do what the command line asks for. Returns the exit status: 0 same, 1 failed, 2 differs, 130 after Ctrl-C."""
-    options = _parser().parse_args(arguments)
+    """Do what the command line asks for. Returns the exit status: 0 same, 1 failed, 2 differs, 130 stopped."""
+    options = None
     try:
+        options = _parser().parse_args(arguments)
         return _vary(options) if options.vary else _simulate_again(options)
     except KeyboardInterrupt:
         text, status = "interrupted", INTERRUPTED
-        if options.vary:
+        if options is not None and options.vary:
             text += "; the same command goes on with the runs that are left"
     except ImportError as reason:
         text, status = f"{reason}; {HOW_TO_INSTALL}", FAILED
@@ -45,16 +46,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 class _Parser(argparse.ArgumentParser):
     def error(self, message: str) -> NoReturn:
-        """As the base class, with another status: 2 means that the motion differs."""
-        self.print_usage(sys.stderr)
-        self.exit(FAILED, f"{self.prog}: {message}\n")
+        """One sentence, and another status than the base class has: 2 means that the motion differs."""
+        self.exit(FAILED, f"{self.prog}: {message}; --help tells what can be given\n")
 
 
 def _parser() -> argparse.ArgumentParser:
     parser = _Parser(
         prog="rigid_body_resim",
         description="Simulates again, offline and at full speed, what a bag holds, and compares with the poses in it. "
-        "Exit status: 0 the same within the tolerance, 2 different, 1 an error.",
+        "Exit status: 0 the same within the tolerance, 2 different, 1 an error, 130 after Ctrl-C or SIGTERM.",
     )
     parser.add_argument("bag", type=Path, metavar="IN", help="a bag: its folder, or a lone .mcap or .db3 file")
     parser.add_argument(
@@ -63,14 +63,24 @@ def _parser() -> argparse.ArgumentParser:
         metavar="FILE",
         help="parameter file of the node (default: the scene in the bag's journal)",
     )
-    parser.add_argument("--out", type=Path, metavar="BAG", help="write pose and twist at the recorded stamps, as a bag")
+    parser.add_argument(
+        "--out",
+        type=Path,
+        metavar="BAG",
+        help="write pose and twist at the recorded stamps, as a bag; compares only with --compare",
+    )
     parser.add_argument(
         "--compare",
         action="store_true",
         help="compare with the recorded poses (what is done when nothing else is asked)",
     )
     parser.add_argument(
-        "--plot", type=Path, nargs="?", const=Path(), metavar="FILE", help="compare, and draw the errors (IN.png)"
+        "--plot",
+        type=Path,
+        nargs="?",
+        const=Path(),
+        metavar="FILE",
+        help="compare, and draw the errors (default: IN.png in the working directory)",
     )
     parser.add_argument(
         "--tolerance",
@@ -109,7 +119,12 @@ def _parser() -> argparse.ArgumentParser:
         metavar="NAME=VALUES",
         help="run every value of a parameter of the scene, first:last:count or a,b,c; several times for a grid",
     )
-    group.add_argument("--csv", type=Path, metavar="FILE", help="a row for each run (default IN.csv); goes on with it")
+    group.add_argument(
+        "--csv",
+        type=Path,
+        metavar="FILE",
+        help="a row for each run (default: IN.csv in the working directory); goes on with it",
+    )
     group.add_argument("--workers", type=_count, metavar="N", help="processes (default: one for each processor)")
     group.add_argument("--dask", metavar="ADDRESS", help="run on the Dask cluster whose scheduler is there")
     return parser
@@ -174,7 +189,7 @@ def _prepared(options: argparse.Namespace) -> tuple[Scene, Problem]:
         )
     scene: Scene | None
     if options.scene is not None:
-        scene, told = load_scene(options.scene), f"Scene: {options.scene}."
+        scene, told = _scene_in(options.scene), f"Scene: {options.scene}."
     else:
         scene, told = problems.scene_of(recording), "Scene: as the node recorded it."
     if scene is None:
@@ -185,14 +200,30 @@ def _prepared(options: argparse.Namespace) -> tuple[Scene, Problem]:
     return scene, problem
 
 
+def _scene_in(path: Path) -> Scene:
+    try:
+        return load_scene(path)
+    except OSError as reason:
+        raise ValueError(
+            f"--scene {path}: cannot be read ({reason.strerror}); give a parameter file of the node"
+        ) from None
+
+
 def _tell(recording: Recording, problem: Problem, told: str) -> None:
-    commands = f"{len(problem.journal) - 1} journal entries"
+    commands = _counted(len(problem.journal) - 1, "journal entry", "journal entries")
     if problem.commands is not None:
-        commands = f"{len(problem.commands.values)} commands on {', '.join(problem.commands.topics)}"
-    poses = "no poses" if problem.recorded is None else f"{len(problem.recorded)} poses on {problem.pose_topic}"
+        commands = _counted(len(problem.commands.values), "command", "commands")
+        commands += f" on {', '.join(problem.commands.topics)}"
+    poses = "no poses"
+    if problem.recorded is not None:
+        poses = f"{_counted(len(problem.recorded), 'pose', 'poses')} on {problem.pose_topic}"
     print(f"{recording.path}: {commands}, {poses}")
     for sentence in (told, *problem.notes):
         print(f"  {sentence}")
+
+
+def _counted(count: int, one: str, more: str) -> str:
+    return f"{count} {one if count == 1 else more}"
 
 
 def _timed_run(problem: Problem, scene: Scene) -> Track:
@@ -201,7 +232,8 @@ def _timed_run(problem: Problem, scene: Scene) -> Track:
         track = resimulating.run(problem, scene, progress)
     seconds = time.perf_counter() - begin
     if track.refused:
-        print(f"  {track.refused} commands are left out, as the node leaves them out; the first: {track.reason}")
+        commands = _counted(track.refused, "command is", "commands are")
+        print(f"  {commands} left out, as the node does; the first: {track.reason}")
     print(
         f"Simulated {track.steps / scene['rate']:.9g} s, {track.steps} steps, in {seconds:.3g} s; state {track.state}"
     )
@@ -230,7 +262,7 @@ def _compare(problem: Problem, track: Track, options: argparse.Namespace, pictur
 
 def _tell_errors(comparison: Comparison) -> None:
     if (unequal := comparison.first_unequal) is None:
-        print(f"Equal to the bit: {len(comparison.recorded)} poses")
+        print(f"Equal to the bit: {_counted(len(comparison.recorded), 'pose', 'poses')}")
         return
     print(f"Not equal to the bit from {_moment(comparison, unequal)} on")
     figures = comparison.figures()
@@ -269,6 +301,7 @@ def _vary(options: argparse.Namespace) -> int:
     if options.workers is not None and options.dask is not None:
         raise ValueError("--workers is for processes of this machine; leave it or --dask out")
     variations = [sweep.variation(text) for text in options.vary]
+    sweep.check(variations)
     scene, problem = _prepared(options)
     path = options.csv or Path(f"{_stem(options.bag)}.csv")
     table = sweep.Table(path, problem, scene, variations)
@@ -278,7 +311,3 @@ def _vary(options: argparse.Namespace) -> int:
     if lost:
         raise BagError(f"{len(lost)} runs were lost ({lost[0]}); the same command runs them again")
     return SAME
-
-
-if __name__ == "__main__":
-    sys.exit(main())

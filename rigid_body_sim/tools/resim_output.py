@@ -50,6 +50,7 @@ def _messages(problem: Problem, scene: Scene, track: Track) -> Iterator[Message]
         stamps, motion = problem.stamp_ns[part], track.motion[part]
         poses = cdr.encode(stamps, scene["world_frame_id"], motion[:, _POSE_IN_MESSAGES])
         twists = cdr.encode(stamps, frame, motion[:, columns])
-        for received, pose, twist in zip(problem.receive_ns[part].tolist(), poses, twists, strict=True):
-            yield 0, received, pose
-            yield 1, received, twist
+        received = problem.receive_ns[part].tolist(), problem.twist_receive_ns[part].tolist()
+        for pose_ns, twist_ns, pose, twist in zip(*received, poses, twists, strict=True):
+            yield 0, pose_ns, pose
+            yield 1, twist_ns, twist

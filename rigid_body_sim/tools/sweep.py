@@ -7,22 +7,24 @@ import hashlib
 import io
 import itertools
 import json
+import math
 import os
 import pickle
 import re
 import signal
 import sys
+import time
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from concurrent import futures
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from .. import __version__
+from .. import __version__, integrators
 from ..bags import resimulating
 from ..bags.comparison import Comparison
 from ..bags.library import BagError
@@ -34,6 +36,17 @@ from ..simulation import SimulationError, load_kernels
 
 RESULTS = ("position_max", "position_rms", "attitude_max", "attitude_rms", "state", "refusal")
 CONNECT_WITHIN = 10.0  # s
+TELL_EVERY = 30.0  # s, how far the runs are, where no terminal shows a bar
+WITHOUT_EFFECT = (  # parameters on which the motion does not depend
+    "publish_rate",
+    "real_time_factor",
+    "realtime_priority",
+    "world_frame_id",
+    "twist_frame",
+    "body.frame_id",
+    "record.path",
+)
+IN_JOURNAL = ("wrench.", "frames.", "steps_per_command")  # begins of names of those whose effect a journal has noted
 MOST_RUNS = 1_000_000
 _VARIED = re.compile(r"(?P<name>[^\[\]=]+)(\[(?P<index>\d+)\])?=(?P<values>.+)")
 
@@ -61,22 +74,44 @@ class Variation:
 def variation(text: str) -> Variation:
     """The variation that ``name=first:last:count`` or ``name[index]=a,b,c`` asks for.
 
-    Raises ValueError for what is no such text, an unknown parameter, and values that it cannot have.
+    Raises ValueError for what is no such text, a parameter that is unknown or does not change the motion, and values
+    that it cannot have, whatever the others are, or that are the same.
     """
     match = _VARIED.fullmatch(text)
     if match is None:
         raise ValueError(f"--vary {text}: is not NAME=first:last:count or NAME=a,b,c; give one such as body.mass=1:3:9")
     name, index = match["name"], None if match["index"] is None else int(match["index"])
     parameter = schema.find(name)
+    if name in WITHOUT_EFFECT:
+        raise ValueError(f"--vary {text}: {name} does not change the motion; give a parameter that does")
     if (parameter.type is tuple) != (index is not None):
         entry = f"one entry, such as {name}[0]=..." if parameter.type is tuple else f"no [{index}]: it is no array"
         raise ValueError(f"--vary {text}: give {entry}")
     if index is not None and parameter.length and index >= parameter.length:
         raise ValueError(f"--vary {text}: {name} has the entries 0 to {parameter.length - 1}")
-    values = _values(text, match["values"], parameter.type)
-    if index is None:
-        values = tuple(parameter.read(name, value) for value in values)
+    one = parameter if index is None else replace(parameter, type=float, length=None)
+    column = name if index is None else f"{name}[{index}]"
+    values = tuple(one.read(column, value) for value in _values(text, match["values"], parameter.type))
+    _check_values(text, name, values)
     return Variation(text, name, index, values)
+
+
+def _check_values(text: str, name: str, values: Values) -> None:
+    if name == "integrator.name" and (unknown := [value for value in values if value not in integrators.CHOICES]):
+        raise ValueError(f"parameter integrator.name = {unknown[0]!r}: give {integrators.RULE}")
+    twice = [first for first, second in itertools.pairwise(sorted(values)) if first == second]
+    if twice:
+        raise ValueError(f"--vary {text}: has the value {twice[0]} twice; give each once")
+
+
+def check(variations: Sequence[Variation]) -> None:
+    """Raise ValueError for variations that do not make a grid: of the same parameter, or of too many runs."""
+    columns = [varied.column for varied in variations]
+    if twice := [column for column in columns if columns.count(column) > 1]:
+        raise ValueError(f"--vary {twice[0]} is given twice; give all its values at once")
+    count = math.prod(len(varied.values) for varied in variations)
+    if count > MOST_RUNS:
+        raise ValueError(f"--vary asks for {count} runs; give at most {MOST_RUNS}")
 
 
 def _values(text: str, given: str, kind: type) -> Values:
@@ -88,12 +123,14 @@ def _values(text: str, given: str, kind: type) -> Values:
     try:
         if ":" not in given:
             return tuple(map(convert, given.split(",")))
-        first, last, count = given.split(":")
-        if not 1 <= int(count) <= MOST_RUNS:
+        first, last, count = map(float, given.split(":"))
+        if count < 1 or count != int(count) or not math.isfinite(first + last):
             raise ValueError
-        return tuple(map(convert, np.linspace(float(first), float(last), int(count)).tolist()))
-    except ValueError:
+    except (ValueError, OverflowError):
         raise ValueError(f"--vary {text}: {given} is not first:last:count or numbers such as 1,2.5") from None
+    if count > MOST_RUNS:
+        raise ValueError(f"--vary {text}: asks for {count:.0f} runs; give at most {MOST_RUNS}")
+    return tuple(map(convert, np.linspace(first, last, int(count)).tolist()))
 
 
 def changed(scene: Scene, variations: Sequence[Variation], values: Values) -> Scene:
@@ -123,15 +160,16 @@ class Table:
     def __init__(self, path: Path, problem: Problem, scene: Scene, variations: Sequence[Variation]):
         self.path, self.variations = path, variations
         columns = [varied.column for varied in variations]
-        if twice := [column for column in columns if columns.count(column) > 1]:
-            raise ValueError(f"--vary {twice[0]} is given twice; give all its values at once")
+        check(variations)
         if problem.start is not None and any(column.startswith("initial.") for column in columns):
             raise ValueError(
                 "--vary initial.*: the run starts from the recorded pose and twist; give --start scene, too"
             )
-        count = np.prod([float(len(varied.values)) for varied in variations])
-        if count > MOST_RUNS:
-            raise ValueError(f"--vary asks for {count:g} runs; give fewer than {MOST_RUNS}")
+        if problem.journal and (told := [column for column in columns if column.startswith(IN_JOURNAL)]):
+            raise ValueError(
+                f"--vary {told[0]}: the journal holds the commands as they took effect, so {told[0]} does not change "
+                "the motion; give a parameter that does"
+            )
         self.grid = list(itertools.product(*(varied.values for varied in variations)))
         self._columns = [*columns, *RESULTS]
         self._about = {
@@ -142,6 +180,8 @@ class Table:
             "kernels": compiled.sources_digest(),
         }
         self.rows: dict[tuple[str, ...], list[str]] = {}
+        if path.is_dir():
+            raise ValueError(f"--csv {path}: is a folder; give a file, such as {path / 'runs.csv'}")
         if not path.absolute().parent.is_dir():
             raise ValueError(f"--csv {path}: there is no such folder")
         if path.exists() and path.stat().st_size:
@@ -226,10 +266,10 @@ def _bytes(value: Any) -> bytes:
 
 
 def run(table: Table, problem: Problem, scene: Scene, runs: Runs) -> list[str]:
-    """Run what the table lacks, with a progress bar. Returns why runs were lost, for each that was."""
+    """Run what the table lacks and show how far it is. Returns why runs were lost, for each that was."""
     from tqdm import tqdm
 
-    missing, lost = table.missing(), []
+    missing, lost, told = table.missing(), [], time.monotonic()
     with tqdm(total=len(table.grid), initial=len(table.rows), unit="run", file=sys.stderr, disable=None) as bar:
         for values, results, why in runs((problem, scene, table.variations), missing) if missing else ():
             if results is None:
@@ -237,6 +277,9 @@ def run(table: Table, problem: Problem, scene: Scene, runs: Runs) -> list[str]:
             else:
                 table.add(values, results)
             bar.update()
+            if bar.disable and time.monotonic() - told >= TELL_EVERY:
+                print(f"rigid_body_resim: {len(table.rows)} of {len(table.grid)} runs", file=sys.stderr, flush=True)
+                told = time.monotonic()
     return lost
 
 
@@ -264,7 +307,7 @@ _work: Work | None = None  # of a worker process
 
 def _begin(work: Work) -> None:
     global _work
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the process that started this one
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGTERM})
     _work = work
     _warm()
 
@@ -280,13 +323,27 @@ def processes(count: int) -> Runs:
     def runs(work: Work, wanted: Sequence[Values]) -> Iterator[Outcome]:
         pool = futures.ProcessPoolExecutor(min(count, len(wanted)), get_context("spawn"), _begin, (work,))
         try:
-            running = {pool.submit(_one_run_here, values): values for values in wanted}
+            with _signals_put_off():
+                running = {pool.submit(_one_run_here, values): values for values in wanted}
             for future in futures.as_completed(running):
                 yield _outcome(future, running[future])
         finally:
             pool.shutdown(cancel_futures=True)
 
     return runs
+
+
+@contextlib.contextmanager
+def _signals_put_off() -> Iterator[None]:
+    """Ctrl-C and SIGTERM are heard at the end, and never by processes that start meanwhile: this one ends them.
+
+    Python itself has no quiet answer to Ctrl-C while it imports what a new process needs.
+    """
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, signal.SIGTERM})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def dask(address: str) -> Runs:
@@ -312,7 +369,9 @@ def _client(address: str) -> Iterator[Any]:
     try:
         from distributed import Client
     except ImportError as reason:
-        raise ValueError(f"--dask needs the package distributed ({reason}); pip install rigid_body_sim[dask]") from None
+        raise ValueError(
+            f"--dask needs the package distributed ({reason}); pip install '.[dask]' in the folder of rigid_body_sim"
+        ) from None
     try:
         client = Client(address, timeout=CONNECT_WITHIN)
     except (OSError, ValueError, TypeError) as reason:

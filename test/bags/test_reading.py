@@ -273,5 +273,5 @@ def test_topics_that_leave_open_what_is_meant(tmp_path):
 
 def test_without_rosbags(tmp_path, monkeypatch):
     monkeypatch.setitem(__import__("sys").modules, "rosbags.rosbag2", None)
-    with pytest.raises(BagError, match=r"pip install .*rigid_body_sim\[bag\]"):
+    with pytest.raises(BagError, match=r"pip install '\.\[bag,fast\]'"):
         read(tmp_path)

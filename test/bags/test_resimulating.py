@@ -79,7 +79,7 @@ def test_stamps_of_the_recorders_clock_are_carried_over(tmp_path):
     given = [replace(send, stamp_ns=making.EPOCH_NS + lag_ns + send.at_ns) for send in given]
     comparison, problem, _ = again(tmp_path, runs.in_real_time(BASE, given, SECONDS, lag_ns=lag_ns))
     assert_equal_to_the_bit(comparison)
-    assert "the stamps in their headers, which are of the recorder's clock" in said(problem)
+    assert "the stamps in their headers, which are wall-clock time, not simulated time" in said(problem)
 
 
 def test_answers_that_carry_the_stamp_of_their_pose(tmp_path):
@@ -169,7 +169,15 @@ def test_poses_missing_repeated_and_out_of_order(tmp_path):
     left = sum(entry[0] == "/pose" for entry in messages) - 1
     assert_equal_to_the_bit(comparison, left)
     assert "Stamps of /pose: 1 out of order (put in order), 1 with the time of another" in said(problem)
-    assert "1 gap of more than 0.05 s, the longest" in said(problem)
+    assert "1 gap of more than 0.03 s, the longest" in said(problem)
+
+
+def test_a_single_pose_that_is_lost_is_a_gap(tmp_path):
+    messages = runs.in_real_time(BASE, runs.sends(BASE, SECONDS), SECONDS)
+    del messages[[i for i, entry in enumerate(messages) if entry[0] == "/pose"][30]]
+    assert "Stamps of /pose: 1 gap of more than 0.03 s, the longest 0.04 s at 0.58 s." in said(
+        again(tmp_path, messages)[1]
+    )
 
 
 def test_commands_out_of_order_are_put_in_order(tmp_path):

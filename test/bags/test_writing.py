@@ -1,5 +1,6 @@
 """A bag that is written reads back with the libraries that others use, and it is said why one cannot be written."""
 
+import re
 import resource
 import struct
 import sys
@@ -8,6 +9,7 @@ import pytest
 import yaml
 
 from rigid_body_sim.bags.library import BagError
+from rigid_body_sim.bags.reading import read
 from rigid_body_sim.bags.writing import CHUNK_BYTES, BagWriter, Topic, serialised_text
 
 pytest.importorskip("rosbags")
@@ -114,6 +116,29 @@ def test_what_is_flushed_can_be_read_before_the_end(tmp_path):
     bag.abandon()
 
 
+def test_damage_within_a_message_is_told(tmp_path):
+    """One bit of one number, in any of the chunks, is not taken for another motion."""
+    from mcap.reader import make_reader
+    from mcap.stream_reader import CRCValidationError
+
+    with BagWriter(tmp_path / "bag", TOPICS) as bag:
+        bag.write(messages(100))
+        bag.flush()
+        bag.write(messages(100))
+    file = tmp_path / "bag" / "bag.mcap"
+    whole = file.read_bytes()
+    number = struct.pack("<d", 57 + 6 / 7)
+    places = [match.start() for match in re.finditer(re.escape(number), whole)]
+    assert len(places) == 2 and len(read(file).poses["/n/pose"]) == 200
+    for place in places:
+        file.write_bytes(whole[:place] + bytes([whole[place] ^ 1]) + whole[place + 1 :])
+        for path in (file, file.parent):
+            with pytest.raises(BagError, match=r"cannot be read, it is damaged .*checksum"):
+                read(path)
+        with file.open("rb") as stream_, pytest.raises(CRCValidationError):
+            list(make_reader(stream_, validate_crcs=True).iter_messages())
+
+
 def test_full_disk_leaves_whole_chunks(tmp_path):
     """The limit on the size of files is to this process what a full disk is."""
     bag = BagWriter(tmp_path / "bag", TOPICS)
@@ -203,6 +228,6 @@ def test_without_rosbags(tmp_path, monkeypatch):
 
     library.typestore.cache_clear()
     monkeypatch.setitem(sys.modules, "rosbags.rosbag2", None)
-    with pytest.raises(BagError, match=r"pip install 'rigid_body_sim\[bag\]'"):
+    with pytest.raises(BagError, match=r"pip install '\.\[bag,fast\]'"):
         BagWriter(tmp_path / "bag", TOPICS)
     assert list(tmp_path.iterdir()) == []

@@ -257,5 +257,5 @@ def test_without_rosbags_it_says_what_to_install(run_node, tmp_path, folder):
     process = run_node({"record.path": str(folder)}, environment=there)
     assert process.wait_end(SECONDS + 100) == 1
     assert "bags need the library rosbags, which cannot be imported (not here)" in process.stderr
-    assert "pip install 'rigid_body_sim[bag]'" in process.stderr
+    assert "pip install '.[bag,fast]'" in process.stderr
     assert not folder.exists()

@@ -1,5 +1,6 @@
 """Grids of runs: every row is there once and right, whatever is interrupted, in processes and on a Dask cluster."""
 
+import contextlib
 import csv
 import json
 import os
@@ -7,6 +8,7 @@ import signal
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -120,12 +122,27 @@ def test_rows_of_another_command_are_not_gone_on_with(folder, capsys):
         (("body.mass=1:2:0",), "1:2:0 is not first:last:count"),
         (("body.mass=heavy",), "heavy is not first:last:count or numbers"),
         (("body.mass=-1,1",), "parameter body.mass = -1.0: is out of range"),
+        (("body.mass=1,2,1.0",), "--vary body.mass=1,2,1.0: has the value 1.0 twice; give each once"),
+        (("body.mass=2:2:3",), "has the value 2.0 twice"),
+        (("body.mass=nan,1",), "parameter body.mass = nan: is not finite"),
+        (("gravity[2]=nan,1",), "parameter gravity[2] = nan: is not finite"),
+        (("drag.linear[0]=0,-1",), "parameter drag.linear[0] = -1.0: is out of range"),
+        (("integrator.name=rk4,euler",), "parameter integrator.name = 'euler': give one of auto, taylor"),
+        (("record.path=a,b",), "record.path does not change the motion"),
+        (("twist_frame=world,body",), "twist_frame does not change the motion"),
+        (("body.frame_id=a,b",), "body.frame_id does not change the motion"),
+        (("outputs=odom",), "is of type string array"),
+        (("body.mass=1:2:1000000000",), "asks for 1000000000 runs; give at most 1000000"),
+        (("body.mass=1:inf:3",), "1:inf:3 is not first:last:count"),
+        (("steps_per_command=1:inf:3",), "1:inf:3 is not first:last:count"),
+        (("body.mass=1:2:inf",), "1:2:inf is not first:last:count"),
+        (("body.mass=1", "--csv", "run"), "--csv run: is a folder; give a file, such as run/runs.csv"),
         (("gravity=1,2",), "give one entry, such as gravity[0]=..."),
         (("gravity[3]=1,2",), "gravity has the entries 0 to 2"),
         (("body.mass[0]=1",), "give no [0]: it is no array"),
         (("lockstep=true",), "is of type bool; numbers and texts can be varied"),
         (("body.mass=1", "--vary", "body.mass=2"), "--vary body.mass is given twice"),
-        (("body.mass=1:2:1000", "--vary", "rate=1:2:2000"), "asks for 2e+06 runs"),
+        (("body.mass=1:2:1000", "--vary", "rate=1:2:2000"), "asks for 2000000 runs; give at most 1000000"),
         (("body.mass=1", "--out", "again"), "--out is for one run"),
         (("body.mass=1", "--tolerance", "1", "1"), "--tolerance is for one run"),
         (("body.mass=1", "--csv", "none/rows.csv"), "--csv none/rows.csv: there is no such folder"),
@@ -134,6 +151,26 @@ def test_rows_of_another_command_are_not_gone_on_with(folder, capsys):
 )
 def test_what_cannot_be_varied(folder, capsys, arguments, said):
     assert said in refusal(capsys, *SWEEP, *arguments)
+
+
+def test_values_are_checked_before_the_bag_is_read(folder, capsys):
+    for values in ("body.mass=1:2:1000000000", "body.mass=1,1", "record.path=a"):
+        assert f"--vary {values}" in refusal(capsys, "none", "--vary", values)
+    grid = ("--vary", "body.mass=1:2:1001", "--vary", "gravity[0]=1:2:1000")
+    assert "asks for 1001000 runs" in refusal(capsys, "none", *grid)
+
+
+def test_what_a_journal_has_noted_cannot_be_varied(folder, capsys):
+    making.make(folder / "own", runs.with_journal(BASE, runs.sends(BASE, SECONDS), SECONDS))
+    for values in ("wrench.timeout=0.1,0.2", "frames.hook.position[0]=0,1"):
+        assert "the journal holds the commands as they took effect" in refusal(capsys, "own", "--vary", values)
+
+
+def test_progress_without_a_terminal_is_a_line_now_and_then(folder, capsys, monkeypatch):
+    monkeypatch.setattr(sweep, "TELL_EVERY", 0.0)
+    assert call(capsys, *SWEEP, "body.mass=1:3:3")[2].splitlines() == [
+        f"rigid_body_resim: {count} of 3 runs" for count in (1, 2, 3)
+    ]
 
 
 def test_initial_state_of_a_bag_that_begins_late_cannot_be_varied(folder, capsys):
@@ -174,18 +211,54 @@ def children():
     return [child.pid for child in multiprocessing.active_children()]
 
 
-def test_ctrl_c_keeps_the_rows(folder):
-    """As from a terminal: the signal goes to all processes of the group."""
-    command = [sys.executable, "-m", "rigid_body_sim.tools.resim", *SWEEP, "body.mass=1:3:2000", "--csv", "rows.csv"]
-    process = subprocess.Popen(
-        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
-    )
-    wait(lambda: (folder / "rows.csv").exists() and len(rows_of(folder / "rows.csv")) > 3, "some rows")
-    os.killpg(process.pid, signal.SIGINT)
+def begin_a_long_sweep():
+    command = [sys.executable, "-m", "rigid_body_sim.tools.resim_main", *SWEEP]
+    return subprocess.Popen(
+        [*command, "body.mass=1:3:2000", "--csv", "rows.csv"],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True,
+    )  # fmt: skip
+
+
+def assert_interrupted(process):
+    """With one sentence, and without a process that it leaves behind."""
     _, err = process.communicate(timeout=WITHIN)
     assert process.returncode == 130
     assert err.strip() == "rigid_body_resim: interrupted; the same command goes on with the runs that are left"
+    wait(lambda: not in_group(process.pid), "the end of all processes")
+
+
+def in_group(group):
+    """Processes of a group that are no zombies; init may be slow to bury those."""
+    states = []
+    for stat in Path("/proc").glob("[0-9]*/stat"):
+        with contextlib.suppress(OSError):
+            state, _, its_group = stat.read_text().rpartition(")")[2].split()[:3]
+            states += [state] if int(its_group) == group and state != "Z" else []
+    return states
+
+
+@pytest.mark.parametrize(
+    "send",
+    [
+        pytest.param(lambda process: os.killpg(process.pid, signal.SIGINT), id="Ctrl-C"),
+        pytest.param(lambda process: process.terminate(), id="SIGTERM"),
+    ],
+)
+def test_signals_keep_the_rows(folder, send):
+    """Ctrl-C as from a terminal, to all processes of the group; SIGTERM to the one that was started."""
+    process = begin_a_long_sweep()
+    wait(lambda: (folder / "rows.csv").exists() and len(rows_of(folder / "rows.csv")) > 3, "some rows")
+    send(process)
+    assert_interrupted(process)
     assert 3 < len(rows_of(folder / "rows.csv")) < 2000
+
+
+def test_ctrl_c_while_workers_start(folder):
+    """They import the package then, and must not tell of an interrupted import."""
+    process = begin_a_long_sweep()
+    wait(lambda: len(in_group(process.pid)) > 2, "a worker")  # beside multiprocessing's own process
+    os.killpg(process.pid, signal.SIGINT)
+    assert_interrupted(process)
 
 
 def wait(true, what):
@@ -290,7 +363,7 @@ def test_no_scheduler_there(folder, capsys, monkeypatch):
 def test_without_distributed(folder, capsys, monkeypatch):
     monkeypatch.setitem(sys.modules, "distributed", None)
     status, _, err = call(capsys, "run", "--scene", "scene.yaml", "--vary", "body.mass=1,2", "--dask", "tcp://a:1")
-    assert status == 1 and "pip install rigid_body_sim[dask]" in err
+    assert status == 1 and "pip install '.[dask]'" in err
 
 
 def test_workers_of_another_version_are_refused(folder, capsys, cluster, monkeypatch):
