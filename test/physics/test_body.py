@@ -70,3 +70,30 @@ def test_bodies_are_equal_when_mass_inertia_and_center_of_mass_are():
 def test_body_shown_can_be_typed_in_again():
     body = Body(2.5, (0.31, 0.42, 0.53, -0.04, 0.06, 0.03), (0.07, -0.04, 0.05))
     assert eval(repr(body)) == body
+
+
+def test_centre_of_mass_is_the_origin_unless_it_is_given():
+    assert Body(1.0, (1, 1, 1)).center_of_mass.tolist() == [0.0, 0.0, 0.0]
+
+
+@pytest.mark.parametrize("mass", [1e-100, 1e100])
+def test_bounds_of_mass_and_centre_of_mass_are_themselves_allowed(mass):
+    assert Body(mass, (1, 1, 1), (0.0, -1e100, 0.0)).mass == mass
+
+
+@pytest.mark.parametrize("mass", [math.nextafter(1e-100, 0.0), math.nextafter(1e100, math.inf), 1e-300, 1e300])
+def test_mass_beyond_its_bounds_is_refused(mass):
+    with pytest.raises(ValueError, match=r"mass .* kg is not between 1e-100 and 1e\+100 kg; beyond these, products of"):
+        Body(mass, (1, 1, 1))
+
+
+@pytest.mark.parametrize("far", [math.nextafter(1e100, math.inf), -1e300])
+@pytest.mark.parametrize("axis", range(3))
+def test_centre_of_mass_too_far_away_is_refused(far, axis):
+    with pytest.raises(ValueError, match=r"center_of_mass .* is farther than 1e\+100 m from the origin"):
+        Body(1.0, (1, 1, 1), [far * (k == axis) for k in range(3)])
+
+
+def test_lighter_and_heavier_bodies_differ_whichever_is_asked():
+    light, heavy = Body(1.0, (1, 1, 1)), Body(2.0, (1, 1, 1))
+    assert light != heavy and heavy != light

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from rigid_body_sim import Body, Wrench
+from rigid_body_sim import Body, Drag, Tether, Wrench
 from rigid_body_sim.physics import forces, rotation
 
 pytestmark = pytest.mark.no_numba
@@ -25,12 +25,20 @@ WRENCHES = {  # the wrench, and how many carried vectors it needs
     "one point": (Wrench(points=ONE_POINT), 1),
     "parallel forces": (Wrench(points=PARALLEL), 1),
     "oblique forces": (Wrench(points=OBLIQUE), 3),
+    "two oblique forces": (Wrench(points=OBLIQUE[:2]), 3),
+    "the last one oblique": (Wrench(points=[*PARALLEL, OBLIQUE[2]]), 3),
     "one point and a world torque": (Wrench(points=ONE_POINT, **WORLD_TORQUE), 3),
     "zero force first": (Wrench(points=[((0.1, 0.2, 0.3), (0.0, 0.0, 0.0)), *ONE_POINT]), 3),
     "zero force alone": (Wrench(points=[((0.1, 0.2, 0.3), (0.0, 0.0, 0.0))]), 3),
     "everything": (Wrench(force_world=(-0.8, 1.7, 12.1), points=OBLIQUE, **BODY_PART, **WORLD_TORQUE), 3),
 }
 over_all_wrenches = pytest.mark.parametrize(("wrench", "carried"), WRENCHES.values(), ids=WRENCHES)
+
+
+CENTRED = Body(1.0, (0.1, 0.2, 0.25))
+over_single_components = pytest.mark.parametrize(
+    "torque", [*np.eye(3).tolist(), *(-np.eye(3)).tolist()], ids=["x", "y", "z", "-x", "-y", "-z"]
+)
 
 
 def reduced(wrench):
@@ -75,6 +83,51 @@ def test_angular_momentum_is_a_closed_form_only_when_all_torque_is_fixed_in_the_
     model = forces.new_model(centred, GRAVITY, WRENCHES[name][0])
     forces.reduce_wrench(model)
     assert model[forces.ONLY_WORLD_TORQUE] == closed
+
+
+@over_single_components
+def test_torque_of_one_component_is_noticed_in_either_axes(torque):
+    in_world, in_body = (
+        forces.new_model(CENTRED, GRAVITY, Wrench(**{name: torque})) for name in ("torque_world", "torque_body")
+    )
+    forces.reduce_wrench(in_world)
+    assert (in_world[forces.N_CARRIED], in_world[forces.ONLY_WORLD_TORQUE]) == (1, 1)
+    forces.reduce_wrench(in_body)
+    assert (in_body[forces.N_CARRIED], in_body[forces.ONLY_WORLD_TORQUE]) == (0, 0)
+
+
+def test_everything_given_has_a_place_of_its_own_in_the_model():
+    drag = Drag((1, 2, 3), (4, 5, 6), (7, 8, 9), (10, 11, 12))
+    tethers = [Tether((k, 2, 3), (4, 5, 6), 7.0, 8.0, 9.0) for k in range(3)]
+    wrench = WRENCHES["everything"][0]
+    model = forces.new_model(BODY, GRAVITY, wrench, drag, tethers, 1e-7, PARALLEL)
+    x, y, z = BODY.principal_moments
+    given = {
+        forces.MASS: BODY.mass,
+        forces.MOMENTS: BODY.principal_moments,
+        forces.Q_BODY_PRINCIPAL: BODY.q_body_principal,
+        forces.CENTER_OF_MASS: BODY.center_of_mass,
+        forces.GRAVITY: GRAVITY,
+        forces.WRENCH: wrench.values,
+        forces.N_POINTS: 6,
+        forces.EULER: ((y - z) / x, (z - x) / y, (x - y) / z),
+        forces.RESISTED: 1,
+        forces.DRAG: drag.values,
+        forces.N_TETHERS: 3,
+        forces.TETHERS_AT: len(model) - 30,
+        forces.RTOL: 1e-7,
+        forces.POINTS: np.ravel((*wrench.points, *PARALLEL)),
+        len(model) - 30: [tether.row(BODY.center_of_mass) for tether in tethers],
+    }
+    for at, values in given.items():
+        assert model[at : at + np.size(values)].tolist() == np.ravel(values).tolist(), at
+    assert sum(map(np.size, given.values())) == len(model) - (forces.POINTS - forces.REDUCED), "given places overlap"
+
+
+def test_principal_axes_lead_back_to_body_axes():
+    model, v = reduced(Wrench()), (0.3, -0.7, 0.2)
+    assert_allclose(forces.to_body(model, *forces.to_principal(model, *v)), v, rtol=0, atol=1e-15)  # measured 1.1e-16
+    assert_allclose(forces.to_body(model, *v), rotation.rotate(BODY.q_body_principal, v), rtol=0, atol=1e-15)
 
 
 def test_force_at_the_origin_turns_a_body_whose_centre_of_mass_is_elsewhere():

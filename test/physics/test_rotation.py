@@ -1,6 +1,7 @@
 """Quaternion algebra (theory 2.7), the skew matrix (2.2.3) and the ways into and out of rotation matrices."""
 
 import math
+import re
 
 import numpy as np
 import pytest
@@ -306,3 +307,39 @@ def test_roll_pitch_yaw_turn_about_fixed_axes_in_this_order():
     turn = rotation.from_roll_pitch_yaw(0.0, quarter, quarter)  # x goes to -z by the pitch
     assert_allclose(rotate(turn, (1, 0, 0)), (0, 0, -1), rtol=0, atol=5e-16)  # measured 2.2e-16
     assert_array_equal(rotation.from_roll_pitch_yaw(0.0, 0.0, 0.0), ONE)
+
+
+@pytest.mark.parametrize("i", range(3))
+def test_unit_vectors_are_the_rows_of_the_identity(i):
+    assert rotation.unit_vector(i) == tuple(np.eye(3)[i])
+
+
+@given(quaternions)
+def test_axis_and_angle_are_those_of_the_rotation_not_of_the_sign_of_q(q):
+    (axis, angle), (other_axis, other_angle) = (rotation.to_axis_angle(sign * np.array(q)) for sign in (1.0, -1.0))
+    assert angle == other_angle
+    if q[0] != 0.0 and angle != 0.0:  # a half turn about an axis is one about its opposite
+        assert_array_equal(axis, other_axis)
+
+
+def test_norm_squared_is_the_sum_of_squares():
+    assert rotation.norm_squared((1.0, -2.0, 3.0, -5.0)) == 39.0
+    for unit in np.eye(4):
+        assert rotation.norm_squared(0.5 * unit) == 0.25
+
+
+@pytest.mark.parametrize("shape", [(), (3,), (5,), (1, 4), (4, 1), (4, 4), (0,)])
+def test_quaternion_of_any_other_shape_is_refused_with_its_shape(shape):
+    with pytest.raises(ValueError, match=rf"quaternion has shape {re.escape(str(shape))}; four numbers \(w, x, y, z\)"):
+        rotation.conjugate(np.ones(shape))
+
+
+@pytest.mark.parametrize("shape", [(), (2,), (4,), (1, 3), (3, 1), (3, 3), (0,)])
+def test_vector_of_any_other_shape_is_refused_with_its_shape(shape):
+    with pytest.raises(ValueError, match=rf"vector has shape {re.escape(str(shape))}; three numbers \(x, y, z\)"):
+        rotation.skew(np.ones(shape))
+
+
+@given(vectors, vectors)
+def test_cross_product_of_scalars_is_that_of_vectors(v, w):
+    assert rotation.cross(*v, *w) == tuple(np.cross(v, w))

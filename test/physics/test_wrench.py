@@ -42,9 +42,13 @@ def test_infinities_of_opposite_sign_do_not_cancel():
         Wrench(force_body=(math.inf, 0, 0), torque_body=(-math.inf, 0, 0))
 
 
-def test_wrench_too_large_to_be_added_up_is_refused():
+@pytest.mark.parametrize("other", range(1, 12))
+@pytest.mark.parametrize("sign", [1, -1])
+def test_wrench_too_large_to_be_added_up_is_refused(other, sign):
+    values = np.zeros(12)
+    values[[0, other]] = sign * 1e308
     with pytest.raises(ValueError, match="is too large; the sum of its components must be a finite number"):
-        Wrench(force_body=(1e308, 1e308, 0))
+        Wrench(*values.reshape(4, 3).tolist())
 
 
 @pytest.mark.parametrize(
@@ -69,6 +73,7 @@ def test_points_may_come_from_a_generator():
 def test_wrenches_are_equal_when_all_their_parts_are():
     assert Wrench(force_body=(1, 0, 0)) == Wrench((1.0, 0.0, 0.0))
     assert Wrench(force_body=(1, 0, 0)) != Wrench(force_world=(1, 0, 0))
+    assert Wrench(force_world=(1, 0, 0)) != Wrench(force_body=(1, 0, 0))
     assert Wrench(points=[((0, 0, 0), (1, 0, 0))]) != Wrench()
 
 
