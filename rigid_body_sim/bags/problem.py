@@ -145,7 +145,7 @@ def _poses_in_order(recording: Recording, pose: str, notes: list[str]) -> Messag
 def _finite(recording: Recording, pose: str, notes: list[str]) -> Messages:
     """The poses without those that are none: they are counted. Raises BagError when none is left."""
     poses = recording.poses[pose]
-    finite = np.isfinite(poses.values).all(axis=1)
+    finite: NDArray[np.bool_] = np.all(np.isfinite(poses.values), axis=1)
     if finite.all():
         return poses
     first = int(np.argmin(finite))
@@ -163,7 +163,7 @@ def _by_journal(recording: Recording, scene: Scene, pose: str | None, twist: str
     if pose is None:
         raise BagError(f"{recording.path}: has a journal, but no pose to compare with; record pose, too")
     poses = _finite(recording, pose, notes)
-    twists = recording.twists.get(twist)
+    twists = recording.twists.get(twist or "")
     entries = tuple(journals.read(recording.journal))
     notes.append("Simulated by the node's own journal: each command takes effect at the step at which it did.")
     notes.append(_other_kernels(journals.beginning(entries)))
@@ -217,7 +217,7 @@ def _between_steps(since_ns: Integers, rate: float) -> str:
     return f"{between} poses lie between two steps, by up to {off.max() / NANOSECONDS:.3g} s; the nearest step counts."
 
 
-def _received(twists: Messages | None, poses: Messages) -> NDArray:
+def _received(twists: Messages | None, poses: Messages) -> Integers:
     """When the twist of each pose's stamp was received; of a stamp that comes again, the first."""
     received = poses.receive_ns.copy()
     if twists is not None:
