@@ -8,7 +8,7 @@ COLCON := .venv-colcon
 # A sourced ROS brings its own rclpy. Its .venv differs from the one that takes rclpy from PyPI, so the stamps differ too.
 READY := $(VENV)/.ready-$(if $(AMENT_PREFIX_PATH),ros,pypi)
 
-.PHONY: help venv demo test fuzz bench bench-node report docs lint build clean
+.PHONY: help venv demo test fuzz nightly bench bench-node report docs lint build clean
 
 help: ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/make \1\t\2/p' $(MAKEFILE_LIST)
@@ -23,6 +23,9 @@ test: $(READY) ## run all tests, those with ROS one by one, those marked no_numb
 
 fuzz: $(READY) ## try a million hostile inputs, about 10 minutes on 2 cores
 	$(VENV)/bin/python -m pytest -n 2 test/fuzz --hypothesis-profile=nightly --timeout=7200
+
+nightly: fuzz ## make fuzz, long faults and long runs, about an hour
+	$(VENV)/bin/python -m pytest -m nightly -s --timeout=7200
 
 bench: $(READY) ## measure what a step costs
 	@$(VENV)/bin/python -m rigid_body_sim.report.step_cost
