@@ -10,7 +10,7 @@ COUNTED := $(VENV)/bin/python -m pytest --cov --cov-append --cov-report=
 # A sourced ROS brings its own rclpy. Its .venv differs from the one that takes rclpy from PyPI, so the stamps differ too.
 READY := $(VENV)/.ready-$(if $(AMENT_PREFIX_PATH),ros,pypi)
 
-.PHONY: help venv demo test coverage mutation bench bench-node report docs lint build clean
+.PHONY: help venv demo test coverage mutation fuzz nightly bench bench-node report docs lint build clean
 
 help: ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/make \1\t\2/p' $(MAKEFILE_LIST)
@@ -19,21 +19,27 @@ demo: $(READY) ## run the demo
 	@$(VENV)/bin/rigid_body_demo
 
 test: $(READY) ## run all tests, those with ROS one by one, those marked no_numba again without numba
-	$(VENV)/bin/python -m pytest -n 2 -m "not ros"
-	$(VENV)/bin/python -m pytest -m ros
-	RIGID_BODY_SIM_NO_NUMBA=1 $(VENV)/bin/python -m pytest -n 2 -m no_numba
+	$(VENV)/bin/python -m pytest -n 2 -m "not ros and not nightly"
+	$(VENV)/bin/python -m pytest -m "ros and not nightly"
+	RIGID_BODY_SIM_NO_NUMBA=1 $(VENV)/bin/python -m pytest -n 2 -m "no_numba and not nightly"
 
 coverage: $(READY) ## run all tests, count the lines that they reach, and fail where these are too few
 	rm -f .coverage .coverage.*
-	RIGID_BODY_SIM_NO_NUMBA=1 $(COUNTED) -n 2 -m no_numba
-	$(COUNTED) -n 2 -m "not ros"
-	$(COUNTED) -m ros
+	RIGID_BODY_SIM_NO_NUMBA=1 $(COUNTED) -n 2 -m "no_numba and not nightly"
+	$(COUNTED) -n 2 -m "not ros and not nightly"
+	$(COUNTED) -m "ros and not nightly"
 	$(VENV)/bin/coverage report --include '*/physics/*,*/integrators/*,*/scene/*' --fail-under 95
 	$(VENV)/bin/coverage report --fail-under 90
 
 mutation: $(READY) ## change the physics in small ways and list the changes that no test notices (hours; SAMPLE=20)
 	$(VENV)/bin/python -m pip install --quiet --disable-pip-version-check cosmic-ray
 	$(VENV)/bin/python .ci/mutation --sample $(SAMPLE)
+
+fuzz: $(READY) ## try a million hostile inputs, about 10 minutes on 2 cores
+	$(VENV)/bin/python -m pytest -n 2 test/fuzz --hypothesis-profile=nightly --timeout=7200
+
+nightly: fuzz ## make fuzz, long faults and long runs, about an hour
+	$(VENV)/bin/python -m pytest -m nightly -s --timeout=7200
 
 bench: $(READY) ## measure what a step costs
 	@$(VENV)/bin/python -m rigid_body_sim.report.step_cost

@@ -34,6 +34,7 @@ HIGHEST_RATE = 1e6  # Hz: beyond it a step is shorter than the call that compute
 NO_WRENCH = Wrench()
 MOST_AT_ONCE = 1_000_000  # steps in one kernel call, so that Ctrl-C is heard during a long run
 MOST_STEPS_HELD = 1e15
+FASTEST = 1e307  # m/s, rad/s: beyond it a velocity that comes from outside may have no finite components in other axes
 
 
 class SimulationError(RuntimeError):
@@ -266,7 +267,7 @@ class Simulation:
         with np.errstate(over="ignore", invalid="ignore"):
             self._impulse_kernel(struck, Terms(self.body).model(impulse))
             self._read_kernel(struck, self._model, self._out)
-        if not (np.isfinite(struck).all() and np.isfinite(self._out).all()):
+        if not (np.isfinite(struck).all() and np.isfinite(self._out).all() and self._is_slow_enough()):
             raise ValueError(f"impulse {impulse!r} refused: the motion that follows is not finite; give a smaller one")
         self._state[:] = struck
         self._begin_anew()
@@ -351,8 +352,16 @@ class Simulation:
 
     def set_state(self, state: State) -> None:
         """Go on from ``state``; time and held wrenches stay. Raises ValueError, and changes nothing, on overflow."""
-        self._state[:] = flat.flatten(state, self._model)
+        flattened = flat.flatten(state, self._model)
+        self._read_kernel(flattened, self._model, self._out)
+        if not self._is_slow_enough():
+            raise ValueError(f"{state!r} moves too fast; give velocities below {FASTEST:g} m/s and rad/s")
+        self._state[:] = flattened
         self._begin_anew()
+
+    def _is_slow_enough(self) -> bool:
+        """Whether the velocities just read are finite in whatever axes; NaN is not."""
+        return bool((np.abs(self._out[7:13]) < FASTEST).all())
 
     def save(self) -> Snapshot:
         """Step count, state with its low-order parts, and held wrench, exact to the bit."""

@@ -9,6 +9,8 @@ from rigid_body_sim.report.reference import load
 
 # The first call of a kernel compiles it, and a tolerance must hold for the same examples everywhere.
 settings.register_profile("rigid_body_sim", deadline=None, derandomize=True)
+# For test/fuzz, `make fuzz`: its tests run so many times their usual number of cases.
+settings.register_profile("nightly", settings.get_profile("rigid_body_sim"), max_examples=30_000)
 settings.load_profile("rigid_body_sim")
 
 

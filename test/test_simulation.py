@@ -530,6 +530,18 @@ def test_state_set_from_outside_keeps_time_and_wrench():
     assert_array_equal(sim.state.values, fresh.state.values)
 
 
+@pytest.mark.parametrize("velocity", [2e307, 4e307])
+def test_state_or_impulse_too_fast_for_other_axes_is_refused(velocity):
+    """Each component is finite; in body axes their sum is not."""
+    sim, turned = simulation(), State(orientation=(0.9, 0.1, 0.3, 0.2), velocity=(velocity,) * 3)
+    before = sim.save()
+    with pytest.raises(ValueError, match=r"moves too fast; give velocities below 1e\+307"):
+        sim.set_state(turned)
+    with pytest.raises(ValueError, match="not finite; give a smaller one"):
+        sim.apply_impulse(Wrench(force_world=(velocity,) * 3))
+    assert sim.save() == before
+
+
 def test_scene_is_simulated_as_it_says():
     scene = Scene(
         {

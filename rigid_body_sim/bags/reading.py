@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..physics.arrays import Floats, Integers
+from ..scene.schema import shown_name
 from . import cdr, records
 from .library import BagError, require, typestore
 
@@ -69,7 +70,7 @@ def read(path: str | os.PathLike[str], *, recover: bool = False) -> Recording:
     except BagError:
         raise
     except Exception as reason:  # whatever rosbags, SQLite and the unpackers make of damaged files
-        text = " ".join(str(reason).split()).rstrip(".") or type(reason).__name__
+        text = shown_name(" ".join(str(reason).split()).rstrip(".") or type(reason).__name__)
         raise BagError(f"{path}: cannot be read, it is damaged or of an unknown kind: {text}") from None
 
 

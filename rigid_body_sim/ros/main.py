@@ -2,12 +2,18 @@
 
 import sys
 
-from . import program
+from . import middleware, program
 
 
 def main(args: list[str] | None = None) -> int:
     """Run the node until Ctrl-C or SIGTERM. Returns the exit status: 0, or 1 when the node cannot start."""
     stop = program.StopRequest()  # before anything slow is imported or compiled
+    try:
+        if warning := middleware.avoid_full_memory():
+            print(f"rigid_body_node: {warning}", file=sys.stderr)
+    except ValueError as reason:
+        print(f"rigid_body_node: {reason}", file=sys.stderr)
+        return 1
     _load_kernels()
     from .node import RigidBodyNode
 

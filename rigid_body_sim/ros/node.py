@@ -47,6 +47,7 @@ class RigidBodyNode(Node):
         self._last_reading = self._reading()
         self._plans_told: set[str] = set()
         self._stop: StopRequest | None = None
+        self._namesakes = 0
 
     def destroy_node(self) -> None:
         """Close the bag, and leave the network."""
@@ -129,6 +130,17 @@ class RigidBodyNode(Node):
             self._plans_told.add(self.simulation.integrator.name)
             self.get_logger().info(f"plan: {self.simulation.plan}")
 
+    def _tell_namesakes(self) -> None:
+        """Log it when a node of the same name appears: both get the same commands, and mix what they publish."""
+        own = self.get_name(), self.get_namespace()
+        others = self.get_node_names_and_namespaces().count(own) - 1
+        if others > self._namesakes:
+            self.get_logger().warning(
+                f"another node has the name {self.get_fully_qualified_name()}: it takes the same commands and "
+                "publishes on the same topics; give each a name or a namespace of its own (-r __ns:=/second)"
+            )
+        self._namesakes = others
+
     def _reading(self) -> diagnostics.Reading:
         pacer, inputs = self.loop.pacer, self._inputs
         return diagnostics.Reading(
@@ -163,5 +175,6 @@ class RigidBodyNode(Node):
         self._diagnostics_publisher.publish(report)
         self._tell_plan()
         self._tell_failure_to_record()
+        self._tell_namesakes()
         self._last_reading = reading
         self._report_due_ns = now_ns + NANOSECONDS

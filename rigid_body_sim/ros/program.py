@@ -74,6 +74,8 @@ def _init(args: list[str] | None) -> None:
         rclpy.init(args=args, signal_handler_options=rclpy.SignalHandlerOptions.NO)
     except RuntimeError as reason:
         text = re.sub(r",? at /\S+:\d+", "", str(reason))
+        if "log directory" in text:
+            raise ValueError(f"{text}; set ROS_LOG_DIR to a folder that can be written") from None
         is_content = "params file" in text and "opening YAML file" not in text
         hint = (
             "; a parameter file has '/**:' with 'ros__parameters:' below it, a value for every name, "

@@ -2,9 +2,10 @@
 
 import os
 import re
-from collections.abc import Mapping, Sequence
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TextIO
 
 import numpy as np
 import yaml
@@ -30,13 +31,15 @@ class Frame:
         """The wrench of a force [N] at this frame's origin and a torque [N m], both in ``axes``."""
         if self.axes == "world":
             return Wrench(torque_world=torque, points=[(self.position, force)])
-        f_body = rotation.rotate(self.orientation, force)
-        tau_body = rotation.rotate(self.orientation, torque)
-        about_origin = tau_body + np.cross(self.position, f_body)
+        with np.errstate(over="ignore", invalid="ignore"):  # Wrench refuses what comes of it
+            f_body = rotation.rotate(self.orientation, force)
+            tau_body = rotation.rotate(self.orientation, torque)
+            about_origin = tau_body + np.cross(self.position, f_body)
         return Wrench(force_body=f_body.tolist(), torque_body=about_origin.tolist())
 
 
 MOST_STEPS_PER_PUBLISH = 1e9
+MOST_CHARACTERS = 1_000_000  # of a scene file; the scenes of this package have 1000
 
 
 class Scene:
@@ -135,12 +138,12 @@ class Scene:
     def _frames(self) -> dict[str, Frame]:
         names = schema.members("frames", self.values)
         taken = [self["world_frame_id"], self["body.frame_id"], *names]
-        for name in taken:
+        for name, count in Counter(taken).items():
             if name.startswith("/"):
                 raise ValueError(
                     f"frame name {name!r} begins with '/', as no name in ROS 2 does; give {name.lstrip('/')!r}"
                 )
-            if taken.count(name) > 1:
+            if count > 1:
                 raise ValueError(
                     f"frame name {name!r} is used twice; world_frame_id, body.frame_id and frames.* must all differ"
                 )
@@ -162,13 +165,20 @@ def load_scene(path: str | os.PathLike[str]) -> Scene:
     """
     with open(path, encoding="utf-8") as file:
         try:
-            given = parameters_in(yaml.load(file, Loader=_StrictLoader))
+            given = parameters_in(yaml.load(_text(file), Loader=_StrictLoader))
             own = {name: value for name, value in given.items() if not schema.belongs_to_ros(name)}
             return Scene(own, os.path.dirname(path))
         except (yaml.YAMLError, ValueError) as reason:
             raise ValueError(f"{os.fspath(path)}: {' '.join(str(reason).split())}") from None
         except RecursionError:
             raise ValueError(f"{os.fspath(path)}: is nested too deeply; parameters are a few levels deep") from None
+
+
+def _text(file: TextIO) -> str:
+    text = file.read(MOST_CHARACTERS + 1)
+    if len(text) > MOST_CHARACTERS:
+        raise ValueError(f"has more than {MOST_CHARACTERS} characters; a scene file has a few thousand")
+    return text
 
 
 def parameters_in(document: Any) -> dict[str, Any]:
@@ -180,7 +190,7 @@ def parameters_in(document: Any) -> dict[str, Any]:
         raise ValueError("the node section of a scene file holds 'ros__parameters:' and nothing beside it")
     parameters = section["ros__parameters"]
     if parameters is not None and not isinstance(parameters, Mapping):
-        raise ValueError(f"'ros__parameters:' holds {parameters!r}; it needs names with values below it")
+        raise ValueError(f"'ros__parameters:' holds {schema.shown(parameters)}; it needs names with values below it")
     return _flatten(parameters or {}, "")
 
 
@@ -191,13 +201,16 @@ def _flatten(tree: Any, prefix: str) -> dict[str, Any]:
     for key, value in tree.items():
         for name, leaf in _flatten(value, f"{prefix}.{key}" if prefix else str(key)).items():
             if name in flat:
-                raise ValueError(f"parameter {name} is given twice; give it once")
+                raise ValueError(f"parameter {schema.shown_name(name)} is given twice; give it once")
             flat[name] = leaf
     return flat
 
 
 class _StrictLoader(yaml.SafeLoader):
-    """YAML without surprises: no key twice, no aliases, and 1e-3 is a number (PyYAML takes it for a text)."""
+    """YAML without surprises: no key twice, no aliases, and texts, numbers, truth values, lists and maps alone.
+
+    1e-3 is a number, which PyYAML takes for a text; 2024-01-01 and 1:30 are texts, which it takes for a date and 90.
+    """
 
     def compose_node(self, parent: yaml.Node | None, index: Any) -> yaml.Node | None:
         if self.check_event(yaml.AliasEvent):
@@ -205,13 +218,51 @@ class _StrictLoader(yaml.SafeLoader):
         return super().compose_node(parent, index)
 
     def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
-        keys = [self.construct_object(key, deep=True) for key, _ in node.value]
+        pairs = node.value if isinstance(node, yaml.MappingNode) else ()  # else the rest of PyYAML refuses it
+        keys = [self.construct_object(key, deep=True) for key, _ in pairs]
         for key in keys:
-            if keys.count(key) > 1:
-                raise ValueError(f"key {key!r} is given twice in one section; give it once")
+            if not isinstance(key, str | int | float | None):
+                raise ValueError(f"key {schema.shown(key)} is no name; parameters and their groups have names")
+        for key, count in Counter(keys).items():
+            if count > 1:
+                raise ValueError(f"key {schema.shown(key)} is given twice in one section; give it once")
         return super().construct_mapping(node, deep)
 
+    def construct_yaml_int(self, node: yaml.ScalarNode) -> int:
+        return _number(self.construct_scalar(node), lambda text: int(text, 8 if _OCTAL.match(text) else 0))
 
-_StrictLoader.add_implicit_resolver(
-    "tag:yaml.org,2002:float", re.compile(r"^[-+]?(\d+(\.\d*)?|\.\d+)([eE][-+]?\d+)?$"), list("-+0123456789.")
-)
+    def construct_yaml_float(self, node: yaml.ScalarNode) -> float:
+        return _number(
+            self.construct_scalar(node), lambda text: float(text.replace(".inf", "inf").replace(".nan", "nan"))
+        )
+
+    def construct_yaml_bool(self, node: yaml.ScalarNode) -> bool:
+        text = self.construct_scalar(node)
+        if text.lower() not in self.bool_values:
+            raise ValueError(f"{schema.shown(text)} is no truth value; write true or false")
+        return self.bool_values[text.lower()]
+
+
+def _number(text: str, convert: Callable[[str], Any]) -> Any:
+    try:
+        return convert(text.lower())
+    except ValueError:
+        raise ValueError(f"{schema.shown(text)} cannot be read as a number; write it as 2, 2.0 or 2e-3") from None
+
+
+_TAG = "tag:yaml.org,2002:"
+_OCTAL = re.compile(r"^[-+]?0\d")
+_KINDS = ("null", "bool", "int", "float", "str", "seq", "map")
+_NUMBERS = {
+    "int": re.compile(r"^[-+]?(0[0-7]*|[1-9]\d*|0x[0-9a-fA-F]+)$"),
+    "float": re.compile(r"^[-+]?((\d+(\.\d*)?|\.\d+)([eE][-+]?\d+)?|\.(inf|Inf|INF))$|^\.(nan|NaN|NAN)$"),
+}
+_StrictLoader.yaml_constructors = {_TAG + kind: getattr(_StrictLoader, f"construct_yaml_{kind}") for kind in _KINDS} | {
+    None: yaml.SafeLoader.construct_undefined
+}
+_StrictLoader.yaml_implicit_resolvers = {
+    first: [(tag, pattern) for tag, pattern in resolvers if tag in (_TAG + "null", _TAG + "bool")]
+    for first, resolvers in yaml.SafeLoader.yaml_implicit_resolvers.items()
+}
+for _kind, _pattern in _NUMBERS.items():
+    _StrictLoader.add_implicit_resolver(_TAG + _kind, _pattern, list("-+0123456789."))

@@ -4,6 +4,8 @@ import os
 from collections.abc import Callable, Mapping
 from typing import Any
 
+import numpy as np
+
 from ..physics.mass_properties import MassProperties
 from ..physics.mesh import of_mesh
 from ..physics.shapes import SHAPES
@@ -73,7 +75,8 @@ def _of_shape(values: Mapping[str, Any], _: str | os.PathLike[str]) -> MassPrope
 
 
 def _of_mesh_file(values: Mapping[str, Any], folder: str | os.PathLike[str]) -> MassProperties:
-    return of_mesh(*mesh_file.read(located(values["body.mesh_file"], folder)), *_amount(values))
+    with np.errstate(over="ignore", invalid="ignore"):  # what overflows is refused
+        return of_mesh(*mesh_file.read(located(values["body.mesh_file"], folder)), *_amount(values))
 
 
 def _of_urdf(values: Mapping[str, Any], folder: str | os.PathLike[str]) -> MassProperties:

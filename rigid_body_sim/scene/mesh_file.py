@@ -1,12 +1,16 @@
 """Triangle meshes from STL and OBJ files, read with trimesh (an optional dependency) and checked here."""
 
+import io
+import logging
 import os
 
 import numpy as np
 
 from ..physics.arrays import Floats, Integers
+from . import schema
 
 FORMATS = ("stl", "obj")
+MOST_BYTES = 1_000_000_000  # of a file: twenty million triangles
 
 
 def read(path: str | os.PathLike[str]) -> tuple[Floats, Integers]:
@@ -19,21 +23,30 @@ def read(path: str | os.PathLike[str]) -> tuple[Floats, Integers]:
     Raises OSError when the file cannot be read and ValueError for another format, a file that holds no triangles or
     cannot be understood, and where trimesh is not installed.
     """
+    shown = schema.shown_name(os.fspath(path))
     kind = os.path.splitext(path)[1][1:].lower()
     if kind not in FORMATS:
-        raise ValueError(f"file {os.fspath(path)} is neither .stl nor .obj; save the mesh in one of these formats")
+        raise ValueError(f"file {shown} is neither .stl nor .obj; save the mesh in one of these formats")
     try:
         import trimesh
     except ImportError:
         raise ValueError("a mesh file is read with trimesh, which is not installed: pip install trimesh") from None
     with open(path, "rb") as file:
+        content = file.read(MOST_BYTES + 1)
+        if len(content) > MOST_BYTES:
+            raise ValueError(f"file {shown} has more than {MOST_BYTES} bytes; give a coarser mesh")
+        log = logging.getLogger("trimesh")  # would print tracebacks of what it tries first
+        disabled, log.disabled = log.disabled, True
         try:
-            mesh = trimesh.load(file, file_type=kind, force="mesh", process=False, skip_materials=True)
+            mesh = trimesh.load(io.BytesIO(content), file_type=kind, force="mesh", process=False, skip_materials=True)
             corners, triangles = np.array(mesh.vertices, float), np.array(mesh.faces, np.int64)
         except Exception as reason:  # whatever a bad file makes of trimesh's readers
-            raise ValueError(f"file {os.fspath(path)} cannot be read as {kind.upper()}: {reason}") from None
+            text = schema.shown(" ".join(str(reason).split()))
+            raise ValueError(f"file {shown} cannot be read as {kind.upper()}: {text}") from None
+        finally:
+            log.disabled = disabled
     if not len(triangles):
-        raise ValueError(f"file {os.fspath(path)} holds no triangles; a solid has at least four")
+        raise ValueError(f"file {shown} holds no triangles; a solid has at least four")
     return _merged(corners, triangles)
 
 

@@ -6,7 +6,8 @@ it.
 
 import difflib
 import math
-from collections.abc import Iterable, Mapping
+from collections import Counter
+from collections.abc import Iterable, Mapping, Set
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,6 +15,7 @@ from ..physics.shapes import SHAPES
 
 NAMES = tuple[str, ...]
 TYPES = {bool: "bool", int: "integer", float: "double", str: "string", tuple: "double array", NAMES: "string array"}
+MOST_SHOWN = 200  # characters of a value in a message
 OUTPUTS = ("odom", "accel", "imu", "wrench_applied", "marker", "tf", "clock")
 
 
@@ -45,7 +47,7 @@ class Parameter:
             converted = self._convert(value)
             self._check(converted)
         except ValueError as reason:
-            raise ValueError(f"parameter {name} = {value!r}: {reason}") from None
+            raise ValueError(f"parameter {name} = {shown(value)}: {reason}") from None
         return converted
 
     @property
@@ -66,13 +68,13 @@ class Parameter:
 
     def _convert(self, value: Any) -> Any:
         if self.type == NAMES:
-            if isinstance(value, str) or not isinstance(value, Iterable):
+            if not _is_array(value):
                 raise ValueError(
                     f"is not an array; give names such as {list(self.choices[:2] or self.default or ('pose', 'twist'))}"
                 )
             return tuple(value)
         if self.type is tuple:
-            if isinstance(value, str) or not isinstance(value, Iterable):
+            if not _is_array(value):
                 raise ValueError(f"is not an array; give {self.length or 'some'} numbers such as {self._example}")
             return tuple(_number(entry, self._example) for entry in value)
         if self.type is float:
@@ -99,7 +101,7 @@ class Parameter:
         if self.length and len(value) != self.length:
             raise ValueError(f"has {len(value)} entries; give {self.length}, such as {self._example}")
         numbers = value if self.type is tuple else (value,) if self.type in (int, float) else ()
-        if not all(math.isfinite(number) for number in numbers):
+        if not all(-math.inf < number < math.inf for number in numbers):  # also of integers that no float holds
             raise ValueError("is not finite; give finite numbers")
         in_range = all(
             (self.above is None or number > self.above)
@@ -117,9 +119,10 @@ class Parameter:
             raise ValueError(f"is empty; give at least one name, such as {list(self.default)}")
         for name in names:
             if name not in self.choices if self.choices else not (isinstance(name, str) and name.strip()):
-                raise ValueError(f"{name!r} is not allowed; give {self.rule}")
-            if names.count(name) > 1:
-                raise ValueError(f"{name!r} is given twice; give it once")
+                raise ValueError(f"{shown(name)} is not allowed; give {self.rule}")
+        for name, count in Counter(names).items():
+            if count > 1:
+                raise ValueError(f"{shown(name)} is given twice; give it once")
 
 
 _ZERO = (0.0, 0.0, 0.0)
@@ -389,7 +392,8 @@ def members(group: str, names: Iterable[str]) -> list[str]:
 def unknown(name: str, pattern: str, known: Iterable[str]) -> str:
     """The sentence for a parameter ``name`` that is not known, with the known one nearest to ``pattern``."""
     nearest = difflib.get_close_matches(pattern, known, n=1, cutoff=0.5)
-    return f"parameter {name} is not known; {f'did you mean {nearest[0]}?' if nearest else 'see docs/interface.md'}"
+    advice = f"did you mean {nearest[0]}?" if nearest else "see docs/interface.md"
+    return f"parameter {shown_name(name)} is not known; {advice}"
 
 
 def belongs_to_ros(name: str) -> bool:
@@ -415,7 +419,10 @@ def read(given: Mapping[str, Any]) -> dict[str, Any]:
 
 def _complete(values: dict[str, Any], group: str, member: str) -> None:
     """Add the defaults of what a member of a group was not given. Raises ValueError when it must be given."""
-    first = next(name for name in values if name.startswith(f"{group}.{member}."))
+    names = (
+        parameter.name.replace("<name>", member) for parameter in TABLE if parameter.name.startswith(group + _OPEN)
+    )
+    first = next(name for name in names if name in values)
     for parameter in TABLE:
         if parameter.name.startswith(f"{group}{_OPEN}"):
             name = parameter.name.replace("<name>", member)
@@ -427,9 +434,28 @@ def _complete(values: dict[str, Any], group: str, member: str) -> None:
             values.setdefault(name, parameter.default)
 
 
+def shown(value: Any) -> str:
+    """``value`` as messages quote it: all of it, or how it begins."""
+    try:
+        text = " ".join(repr(value).split())
+    except ValueError:  # Python prints no integer of more than 4300 digits
+        text = "a number of thousands of digits"
+    return text if len(text) <= MOST_SHOWN else f"{text[:MOST_SHOWN]}... ({len(text)} characters)"
+
+
+def shown_name(name: str) -> str:
+    """The same of a name: as it is, unless it is too long or cannot be printed."""
+    return name if name.isprintable() and 0 < len(name) <= MOST_SHOWN else shown(name)
+
+
+def _is_array(value: Any) -> bool:
+    """Something with an order. Bytes are texts; a set has no order."""
+    return isinstance(value, Iterable) and not isinstance(value, str | bytes | bytearray | Set | Mapping)
+
+
 def _number(value: Any, example: Any) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float):
-        raise ValueError(f"{value!r} is not a number; give a value such as {example}")
+        raise ValueError(f"{shown(value)} is not a number; give a value such as {example}")
     try:
         return float(value)
     except OverflowError:

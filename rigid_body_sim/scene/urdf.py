@@ -2,11 +2,14 @@
 
 import math
 import os
+from collections import Counter
 from xml.etree import ElementTree
 
 from ..physics import rotation
 from ..physics.mass_properties import MassProperties
+from . import schema
 
+MOST_BYTES = 100_000_000  # of a file: large robots have some millions
 _ENTRIES = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 
 
@@ -21,18 +24,22 @@ def read(path: str | os.PathLike[str], link: str = "") -> MassProperties:
     DOCTYPE, is not a URDF, has no such link, or that link has no inertial properties or bad ones.
     """
     with open(path, "rb") as file:
-        content = file.read()
+        content = file.read(MOST_BYTES + 1)
     try:
+        if len(content) > MOST_BYTES:
+            raise ValueError(f"has more than {MOST_BYTES} bytes; a URDF has a few million at most")
         return _of_link(_parsed(content), link)
     except ValueError as reason:
-        raise ValueError(f"file {os.fspath(path)}: {reason}") from None
+        raise ValueError(f"file {schema.shown_name(os.fspath(path))}: {reason}") from None
 
 
 def _parsed(content: bytes) -> ElementTree.Element:
     try:
         text = content.decode("utf-8-sig")
     except UnicodeDecodeError:
-        raise ValueError("is not UTF-8 text; URDF is XML in UTF-8") from None
+        text = "\0"
+    if "\0" in text:  # what looks like UTF-16 is read as such, with a DOCTYPE that is not seen here
+        raise ValueError("is not UTF-8 text; URDF is XML in UTF-8")
     # Entities can only be declared in a DOCTYPE: without one there is nothing to expand or to fetch.
     if "<!DOCTYPE" in text:
         raise ValueError("has a DOCTYPE, which URDF does not need; remove it")
@@ -46,7 +53,11 @@ def _parsed(content: bytes) -> ElementTree.Element:
 
 
 def _of_link(root: ElementTree.Element, name: str) -> MassProperties:
-    links = {link.get("name", ""): link.find("inertial") for link in root.findall("link")}
+    found = root.findall("link")
+    links = {link.get("name", ""): link.find("inertial") for link in found}
+    if len(links) < len(found):
+        twice, _ = Counter(link.get("name", "") for link in found).most_common(1)[0]
+        raise ValueError(f"has two links of the name {twice!r}; give each a name of its own")
     with_mass = [link for link, inertial in links.items() if inertial is not None]
     if name and name not in links:
         raise ValueError(f"has no link {name!r}; its links are {', '.join(links) or 'none'}")

@@ -47,6 +47,16 @@ def connect(context, run_node):
 
     At the end of the module each is stopped by SIGINT, which must leave no traceback and exit status 0.
     """
+    yield from _connections(context, run_node)
+
+
+@pytest.fixture
+def connect_once(context, run_node):
+    """The same for one test, at whose end the nodes are stopped."""
+    yield from _connections(context, run_node)
+
+
+def _connections(context, run_node):
     from .remote import Remote
 
     remotes = []

@@ -19,11 +19,12 @@ DEEP_QUEUE = 20000  # a message for every step would fall out of the default que
 class NodeProcess:
     """``rigid_body_node``, or another program of the package, in a process of its own.
 
-    ``parameters`` go into a temporary YAML file; None gives no file. Output goes to files, so that it cannot block.
+    ``parameters`` go into a temporary YAML file; None gives no file. ``prefix`` is a program that becomes the node, and
+    its arguments. Output goes to files, so that it cannot block.
     """
 
-    def __init__(self, parameters, folder, arguments=(), namespace="", environment=None, module=NODE):
-        command = [sys.executable, "-m", module, "--ros-args", *arguments]
+    def __init__(self, parameters, folder, arguments=(), namespace="", environment=None, module=NODE, prefix=()):
+        command = [*prefix, sys.executable, "-m", module, "--ros-args", *arguments]
         if parameters is not None:
             parameters = {**deep_queues(namespace, parameters.get("outputs", ())), **parameters}
             file = folder / "parameters.yaml"
