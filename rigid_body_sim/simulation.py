@@ -16,7 +16,7 @@ from .physics import state as flat
 from .physics.acceleration import read_acceleration
 from .physics.arrays import Floats, Vector
 from .physics.body import Body
-from .physics.forces import WRENCH
+from .physics.forces import FASTEST, WRENCH
 from .physics.resistance import NO_DRAG, Drag, Tether
 from .physics.state import BodyState, State
 from .physics.stiffness import spectral_radius
@@ -34,7 +34,6 @@ HIGHEST_RATE = 1e6  # Hz: beyond it a step is shorter than the call that compute
 NO_WRENCH = Wrench()
 MOST_AT_ONCE = 1_000_000  # steps in one kernel call, so that Ctrl-C is heard during a long run
 MOST_STEPS_HELD = 1e15
-FASTEST = 1e307  # m/s, rad/s: beyond it a velocity that comes from outside may have no finite components in other axes
 
 
 class SimulationError(RuntimeError):

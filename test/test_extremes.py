@@ -253,6 +253,31 @@ def test_tiny_mass_and_huge_force_are_refused_and_the_state_kept(integrator):
     assert sim.save() == before
 
 
+@needs_numba
+@pytest.mark.timeout(10)  # it took a minute, in sub-steps of subnormal numbers
+@pytest.mark.parametrize("torque", [1e50, 1e100, 1e150, 1e200])
+def test_torque_beyond_all_measure_is_refused_at_once(torque):
+    for direction in ((0.0, 0.0, 1.0), (1e-150, 1.0, 0.0), (1.0, 0.5, 0.2)):
+        sim = Simulation(Body(1.0, (0.1, 0.2, 0.25)), State(angular_velocity=(0.3, 1.0, 0.2)), integrator="taylor")
+        sim.set_wrench(Wrench(torque_body=[torque * x for x in direction]))
+        before = sim.save()
+        with pytest.raises(SimulationError, match=r"turn by more than about 1e5 rad in one step|not be finite"):
+            sim.step()
+        assert sim.save() == before
+
+
+@over_all
+@pytest.mark.parametrize("mass", [1e-30, 1.0])
+def test_steps_end_before_a_velocity_is_infinite(integrator, mass):
+    """A momentum may be finite where the velocity is not: 1e300 N s move 1e-30 kg at 1e330 m/s."""
+    sim = Simulation(Body(mass, (0.1, 0.2, 0.25)), rate=1.0, integrator=integrator)
+    sim.set_wrench(Wrench(force_world=(0.0, 1.1e306 * mass, 0.0)))
+    with pytest.raises(SimulationError, match="would not be finite"):
+        sim.step(1000)
+    assert sim.steps == (0 if REGISTRY[integrator].adaptive else 9)  # estimates of an error overflow sooner
+    assert np.isfinite(sim.motion).all()
+
+
 # Subnormal numbers and minus zero -----------------------------------------------------------------------------------
 
 TINY = [5e-324, -5e-324, 1e-310, -0.0]

@@ -13,14 +13,24 @@ from ..physics.compiled import kernel, table
 from ..physics.forces import reduce_wrench
 from ..physics.state import LOW, SIZE, copy, is_finite
 from .base import Integrator
-from .substep import SHORTEST, SMALLEST_SHARE, UNKNOWNS, accept, next_size, passes_rest, slope, usable, weighed
+from .substep import (
+    SHORTEST,
+    SMALLEST_SHARE,
+    UNKNOWNS,
+    accept,
+    is_hopeless,
+    next_size,
+    passes_rest,
+    slope,
+    usable,
+    weighed,
+)
 
 ORDER = 8
 STAGES = 12
 MOST_SUBSTEPS = 100_000  # some tenths of a second of work in one step; more than that is refused
 FASTEST_GROWTH = 5.0  # of sub-steps
 SLOW_GROWTH = 1.5  # once one was refused in a step: where stability limits the size, the error does not tell how far
-ENOUGH_TO_TELL = 1000  # sub-steps after which their mean size says how many will be needed
 
 # Rows are stages 2 to 12: weights of the slopes before.
 A = (
@@ -166,12 +176,12 @@ def _step(state: Floats, model: Floats, work: Floats, h: float) -> bool:
             accept(state, work, _Z)
             left -= trial
             if left <= 0.0:
-                return is_finite(state)
+                return is_finite(state, model)
             _first_slope(state, model, work)
         else:
             growth = SLOW_GROWTH
         trial = next_size(trial, error, ORDER, growth)
-        if trial < 0.1 * SHORTEST * h or (tried > ENOUGH_TO_TELL and (h - left) * MOST_SUBSTEPS < h * tried):
+        if trial < 0.1 * SHORTEST * h or is_hopeless(h - left, h, tried, MOST_SUBSTEPS):
             return False
     return False
 

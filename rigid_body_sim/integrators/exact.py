@@ -51,7 +51,7 @@ def _advance(state: Floats, model: Floats, work: Floats, t: float) -> bool:
     add_compensated(state, P, t * fx)
     add_compensated(state, P + 1, t * fy)
     add_compensated(state, P + 2, t * fz)
-    return turn_freely(state, model, work, t) and is_finite(state)
+    return turn_freely(state, model, work, t) and is_finite(state, model)
 
 
 INTEGRATOR = Integrator(

@@ -25,7 +25,7 @@ def steps(state: Floats, model: Floats, work: Floats, h: float, n: int) -> int:
     for done in range(n):
         copy(state, 0, work, 0)
         _step(state, model, h)
-        if not is_finite(state):
+        if not is_finite(state, model):
             copy(work, 0, state, 0)
             return done
     return n

@@ -24,7 +24,7 @@ def steps(state: Floats, model: Floats, work: Floats, h: float, n: int) -> int:
     for done in range(n):
         copy(state, 0, work, _BACKUP)
         _step(state, model, work, h)
-        if not is_finite(state):
+        if not is_finite(state, model):
             copy(work, _BACKUP, state, 0)
             return done
     return n

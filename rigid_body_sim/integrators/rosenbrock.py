@@ -17,7 +17,18 @@ from ..physics.resistance import TETHER_SIZE, tether_direction
 from ..physics.rotation import cross, qrotate, qrotate_back
 from ..physics.state import LOW, SIZE, Q, X, copy, is_finite
 from .base import Integrator
-from .substep import SHORTEST, SMALLEST_SHARE, UNKNOWNS, accept, next_size, radius_of_gyration, slope, usable, weighed
+from .substep import (
+    SHORTEST,
+    SMALLEST_SHARE,
+    UNKNOWNS,
+    accept,
+    is_hopeless,
+    next_size,
+    radius_of_gyration,
+    slope,
+    usable,
+    weighed,
+)
 
 ORDER = 4
 GAMMA = 0.25
@@ -25,7 +36,7 @@ FASTEST_GROWTH = 90.0  # of sub-steps, and no slower than that: what is fast has
 _STAGES = 6
 DAMPED_SHARE = 0.1  # of rtol for a sub-step, at least, where nothing rings: most errors die away with what made them
 DIED_AWAY = 20.0  # e-foldings in a step after which a vibration is over: e⁻²⁰ is 2e-9
-MOST_SUBSTEPS = 1_000_000  # some seconds of work in one step; more than that is refused
+MOST_SUBSTEPS = 1_000_000  # some seconds of work in one step; what would take more is refused
 
 # Rows are stages 2 to 6: weights of the earlier stages in the argument (A) and on the right-hand side (C).
 _A = table(
@@ -81,7 +92,7 @@ def _step(state: Floats, model: Floats, work: Floats, h: float) -> bool:
     _linearise(state, model, work)
     left, trial = h, _first_size(state, model, work, h)
     share = DAMPED_SHARE if trial == h else SMALLEST_SHARE
-    for _ in range(MOST_SUBSTEPS):
+    for tried in range(MOST_SUBSTEPS):
         if trial >= left * (1.0 - 1e-12):
             trial = left
         error = math.inf
@@ -92,10 +103,10 @@ def _step(state: Floats, model: Floats, work: Floats, h: float) -> bool:
             accept(state, work, _Z)
             left -= trial
             if left <= 0.0:
-                return is_finite(state)
+                return is_finite(state, model)
             _linearise(state, model, work)
         trial = next_size(trial, error, ORDER, FASTEST_GROWTH)
-        if trial < 0.1 * SHORTEST * h:
+        if trial < 0.1 * SHORTEST * h or is_hopeless(h - left, h, tried, MOST_SUBSTEPS):
             return False
     return False
 

@@ -31,7 +31,7 @@ def steps(state: Floats, model: Floats, work: Floats, h: float, n: int) -> int:
     for done in range(n):
         copy(state, 0, work, _BACKUP)
         _step(state, model, work, h)
-        if not is_finite(state):
+        if not is_finite(state, model):
             copy(work, _BACKUP, state, 0)
             return done
     return n
@@ -45,7 +45,7 @@ def steps4(state: Floats, model: Floats, work: Floats, h: float, n: int) -> int:
         copy(state, 0, work, _BACKUP)
         for stage in range(5):
             _step(state, model, work, (_INNER if stage == 2 else _OUTER) * h)
-        if not is_finite(state):
+        if not is_finite(state, model):
             copy(work, _BACKUP, state, 0)
             return done
     return n

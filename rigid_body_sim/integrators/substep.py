@@ -24,6 +24,7 @@ SMALLEST_SHARE = 1e-3
 # Times the step: a sub-step so short is taken whatever its error. There a tether begins or ends to pull, and no
 # smaller one would be smoother.
 SHORTEST = 1e-13
+ENOUGH_TO_TELL = 0.1  # of the most sub-steps: after those, their mean size says how many will be needed
 ROUND_OFF = 2.0**-50  # a few units in the last place
 
 
@@ -147,6 +148,12 @@ def next_size(trial: float, error: float, order: int, most: float) -> float:
     if not error < math.inf:
         return 0.1 * trial
     return trial * min(most, max(0.1, 0.9 * max(error, 1e-8) ** (-1.0 / order)))
+
+
+@kernel
+def is_hopeless(passed: float, h: float, tried: int, most: int) -> bool:
+    """Whether a step h, of which ``passed`` took the sub-steps ``tried`` so far, will take more than ``most``."""
+    return tried > ENOUGH_TO_TELL * most and passed * most < h * tried
 
 
 @kernel

@@ -39,6 +39,9 @@ from .base import Integrator
 HIGHEST_ORDER = 24
 TRIAL_ANGLE = 0.6  # rad; a trial step turns the body by about this much at most (cheapest of 0.3 to 1.5, measured)
 MOST_SUBSTEPS = 200_000  # about 10⁵ rad in one step; more than that is refused rather than computed for minutes
+# A sub-step so many times shorter than what MOST_SUBSTEPS can get through is refused at once: under 1e150 N m they are
+# subnormal numbers, which took 18 s to give up. A spin may slow down within a step, but not by that much.
+HOPELESS = 1000.0
 # Truncation relative to a step's own increments. It adds up over the steps, so it lies far below one unit of round-off.
 TOLERANCE = 2.0**-68
 # Share of |q| − 1 taken back in a step: enough to hold it, too little to pass on the noise of measuring it.
@@ -71,11 +74,12 @@ def _step(state: Floats, model: Floats, work: Floats, h: float) -> bool:
     """One step in as many sub-steps as its series needs; False when it cannot be done."""
     left = h
     for _ in range(MOST_SUBSTEPS):
-        left -= _substep(state, model, work, left)
-        if left <= 0.0:
-            return is_finite(state)
-        if not left <= h:
+        taken = _substep(state, model, work, left)
+        if not taken * (HOPELESS * MOST_SUBSTEPS) > left:
             return False
+        left -= taken
+        if left <= 0.0:
+            return is_finite(state, model)
     return False
 
 

@@ -34,7 +34,9 @@ DRAG = 31  # the twelve coefficients of resistance.Drag.values
 N_TETHERS = 43
 TETHERS_AT = 44  # where the tethers begin, behind the points
 RTOL = 45  # relative error that an error-controlled integrator may make in a step
-REDUCED = 46
+MOST_MOMENTUM = 46  # kg m/s: up to this P no component of the velocity exceeds FASTEST
+SAFE_ANGULAR_MOMENTUM = 47  # kg m²/s: up to this L no component of any velocity exceeds FASTEST, whatever the attitude
+REDUCED = 48
 FORCE = REDUCED  # force in principal axes, 3
 TORQUE = REDUCED + 3  # torque about the centre of mass in principal axes, 3
 FORCE_WORLD = REDUCED + 6  # force in world axes, gravity included, 3
@@ -43,6 +45,8 @@ ONLY_WORLD_TORQUE = REDUCED + 10  # 1 when all torque is fixed in the world: L i
 CARRIED = REDUCED + 11  # B_i, world, 3 x 3
 ARMS = REDUCED + 20  # A_i, 3 x 9
 POINTS = REDUCED + 47  # point (body axes from the origin) and force (world), 6 each
+
+FASTEST = 1e307  # m/s, rad/s: a velocity beyond it may have no finite components in other axes
 
 
 def new_model(
@@ -76,8 +80,10 @@ def new_model(
         model[row : row + TETHER_SIZE] = tether.row(body.center_of_mass)
     model[RESISTED] = 1.0 if tethers or any(drag.values) else 0.0
     model[RTOL] = rtol
-    x, y, z = body.principal_moments
+    x, y, z = map(float, body.principal_moments)
     model[EULER : EULER + 3] = (y - z) / x, (z - x) / y, (x - y) / z
+    model[MOST_MOMENTUM] = FASTEST * body.mass
+    model[SAFE_ANGULAR_MOMENTUM] = FASTEST * min(x, y, z) / (1.0 + math.hypot(*body.center_of_mass))
     return model
 
 

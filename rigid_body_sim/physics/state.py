@@ -19,9 +19,12 @@ from .compiled import kernel
 from .extended import xrotate_back, xunscale
 from .forces import (
     CENTER_OF_MASS,
+    FASTEST,
     MASS,
     MOMENTS,
+    MOST_MOMENTUM,
     Q_BODY_PRINCIPAL,
+    SAFE_ANGULAR_MOMENTUM,
     force_world,
     rates_principal,
     reduce_wrench,
@@ -333,8 +336,8 @@ def copy(source: Floats, at: int, target: Floats, to: int) -> None:
 
 
 @kernel
-def is_finite(state: Floats) -> bool:
-    """Whether all 13 numbers are finite, and the attitude is one.
+def is_finite(state: Floats, model: Floats) -> bool:
+    """Whether all 13 numbers are finite, the attitude is one, and the velocities are finite in whatever axes.
 
     x − x is 0 for finite numbers and NaN for others. A change of the quaternion whose square overflows leaves it zero.
     """
@@ -342,4 +345,21 @@ def is_finite(state: Floats) -> bool:
     for i in range(LOW):
         total += state[i] - state[i]
     w, x, y, z = state[Q], state[Q + 1], state[Q + 2], state[Q + 3]
-    return total == 0.0 and w * w + x * x + y * y + z * z > 0.0
+    if not (total == 0.0 and w * w + x * x + y * y + z * z > 0.0):
+        return False
+    most = model[MOST_MOMENTUM]
+    if abs(state[P]) > most or abs(state[P + 1]) > most or abs(state[P + 2]) > most:
+        return False
+    safe = model[SAFE_ANGULAR_MOMENTUM]
+    if abs(state[L]) <= safe and abs(state[L + 1]) <= safe and abs(state[L + 2]) <= safe:
+        return True
+    return _rates_are_finite(state, model)
+
+
+@kernel
+def _rates_are_finite(state: Floats, model: Floats) -> bool:
+    """Whether ω, and what it adds to the velocity of the body frame's origin, stay below FASTEST."""
+    w, x, y, z, c = state[Q], state[Q + 1], state[Q + 2], state[Q + 3], CENTER_OF_MASS
+    wx, wy, wz = rates_principal(model, w, x, y, z, state[L], state[L + 1], state[L + 2])
+    lever = 1.0 + abs(model[c]) + abs(model[c + 1]) + abs(model[c + 2])
+    return max(abs(wx), abs(wy), abs(wz)) <= FASTEST / lever

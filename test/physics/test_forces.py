@@ -1,5 +1,7 @@
 """The kernels' view of a held wrench against a direct sum over forces and their arms (theory 2.3.4)."""
 
+import math
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
@@ -116,6 +118,8 @@ def test_everything_given_has_a_place_of_its_own_in_the_model():
         forces.N_TETHERS: 3,
         forces.TETHERS_AT: len(model) - 30,
         forces.RTOL: 1e-7,
+        forces.MOST_MOMENTUM: forces.FASTEST * BODY.mass,
+        forces.SAFE_ANGULAR_MOMENTUM: forces.FASTEST * min(x, y, z) / (1.0 + math.hypot(*BODY.center_of_mass)),
         forces.POINTS: np.ravel((*wrench.points, *PARALLEL)),
         len(model) - 30: [tether.row(BODY.center_of_mass) for tether in tethers],
     }

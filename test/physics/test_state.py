@@ -134,10 +134,28 @@ def test_sum_keeps_the_smaller_part_whichever_comes_first(terms):
 @pytest.mark.parametrize("wrong", [math.nan, math.inf, -math.inf])
 @pytest.mark.parametrize("place", [0, flat.Q, flat.LOW - 1])
 def test_one_number_that_is_not_finite_is_noticed(wrong, place):
-    numbers = np.full(flat.SIZE, 1e300)
-    assert flat.is_finite(numbers)
+    numbers, model = np.full(flat.SIZE, 1e300), forces.new_model(Body(1.0, (1.0, 1.0, 1.0)), (0.0, 0.0, 0.0), Wrench())
+    assert flat.is_finite(numbers, model)
     numbers[place] = wrong
-    assert not flat.is_finite(numbers)
+    assert not flat.is_finite(numbers, model)
+
+
+@pytest.mark.parametrize("axis", range(3))
+@pytest.mark.parametrize(
+    ("motion", "most"),
+    [
+        ("velocity", forces.FASTEST),
+        ("angular_velocity", forces.FASTEST / 2.0),  # the centre of mass lies 1 m off, and moves with the rest of it
+    ],
+)
+def test_momenta_count_as_finite_up_to_where_velocities_do(motion, most, axis):
+    """Whatever the axis: the smallest moment does not bound the angular momentum about the others."""
+    body = Body(2.0, (1.0, 1.0, 1e-99), center_of_mass=(0.0, 0.0, 1.0))
+    model = forces.new_model(body, (0.0, 0.0, 0.0), Wrench())
+    for share, fits in ((0.99, True), (1.01, False), (-0.99, True), (-1.01, False)):
+        numbers = flat.flatten(State(**{motion: np.eye(3)[axis]}), model)
+        numbers[flat.P : flat.LOW] *= share * most
+        assert flat.is_finite(numbers, model) == fits
 
 
 def test_attitude_in_the_flat_state_has_unit_length():
