@@ -1,5 +1,7 @@
 """The loop: takes the steps that are due, publishes, and keeps what pause, step and reset mean in one place."""
 
+import math
+import sys
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -11,7 +13,8 @@ from .pacing import NANOSECONDS, Pacer
 
 LONGEST_SLEEP_NS = NANOSECONDS // 10  # so that a request to stop is soon seen
 BURST_NS = NANOSECONDS // 1000  # wall time between two looks at the commands, when stepping as fast as possible
-LARGEST_BURST = 10_000  # steps in one call then
+LARGEST_BURST = 10_000  # steps in one call of the simulation
+PATIENCE_NS = NANOSECONDS // 100  # wall time of steps that are due together, after which the others wait once more
 CLOCK_NS = NANOSECONDS // 10  # wall time between two ticks of /clock while time stands still
 
 
@@ -70,9 +73,9 @@ class Loop:
         elif self.mode != "running":
             self._keep_clock_ticking(now_ns)
         elif self.pacer.free:
-            self._advance_until(now_ns + BURST_NS)
-        else:
-            self._advance(self.pacer.due(now_ns), paced=True)
+            self._advance(sys.maxsize, now_ns + BURST_NS)
+        elif due := self.pacer.due(now_ns):
+            self.pacer.give_back(self._advance(due, now_ns + PATIENCE_NS, paced=True))
 
     def idle_ns(self, now_ns: int) -> int:
         """Wall time [ns] until there is something to do, however small."""
@@ -96,35 +99,34 @@ class Loop:
         """Time [ns] in the stamps of the present step."""
         return self.epoch_ns + self.simulation.time_ns
 
-    def _advance(self, due: int, paced: bool = False) -> None:
-        """Take ``due`` steps, publishing at each step that is a multiple of steps_per_publish.
+    def _advance(self, due: int, end_ns: float = math.inf, paced: bool = False) -> int:
+        """Take ``due`` steps, publishing at each that is a multiple of steps_per_publish; returns how many are left.
 
+        Some are left when a step cannot be done, or at the wall time ``end_ns``. Before that is looked at, one step is
+        taken, then twice as many and so on: a command may make steps a thousand times as slow as those before it.
         Steps that the pacer gave out are ``paced``: it notes how late each was published.
         """
-        simulation, every = self.simulation, self._every
-        if not self._outputs.heard:
-            self._try_steps(due)
-            return
-        while due > 0 and self._try_steps(chunk := min(due, every - simulation.steps % every)):
+        simulation, every, heard, burst = self.simulation, self._every, self._outputs.heard, 1
+        while due > 0:
+            chunk = min(due, burst, every - simulation.steps % every) if heard else min(due, burst)
+            if not self._try_steps(chunk):
+                break
             due -= chunk
-            if simulation.steps % every == 0:
+            if heard and simulation.steps % every == 0:
                 self.publish()
                 if paced:
                     self.pacer.published(due, time.monotonic_ns())
-
-    def _advance_until(self, end_ns: int) -> None:
-        while not self.failure and time.monotonic_ns() < end_ns:
-            self._advance(self._every if self._outputs.heard and self._every < LARGEST_BURST else LARGEST_BURST)
-
-    def _go_on(self, run: Run, end_ns: int) -> None:
-        """Take steps of ``run`` until some time, one burst at least."""
-        while run.left and not self.failure:
-            before = self.simulation.steps
-            self._advance(min(run.left, self._every, LARGEST_BURST))
-            done = self.simulation.steps - before
-            run.taken, run.left = run.taken + done, run.left - done
             if time.monotonic_ns() >= end_ns:
                 break
+            burst = min(2 * burst, LARGEST_BURST)
+        return due
+
+    def _go_on(self, run: Run, end_ns: int) -> None:
+        """Take steps of ``run`` until some time, one at least."""
+        before = self.simulation.steps
+        self._advance(run.left, end_ns)
+        done = self.simulation.steps - before
+        run.taken, run.left = run.taken + done, run.left - done
         run.on_progress(run.taken, run.left)
         if self.failure or not run.left:
             self.end_run(self.failure)

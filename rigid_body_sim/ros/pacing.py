@@ -53,6 +53,10 @@ class Pacer:
         self._given, self._oldest_ns = due, now_ns - late_ns
         return due
 
+    def give_back(self, left: int) -> None:
+        """Of the steps given out last, that many were not taken: they are still due."""
+        self._done -= left
+
     def take_latest_ns(self) -> int:
         """By how much the latest step was given out after its deadline, since this was last asked."""
         latest_ns, self.latest_ns = self.latest_ns, 0
