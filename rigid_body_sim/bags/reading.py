@@ -128,23 +128,25 @@ def _gather(path: Path, recover: bool, notes: list[str]) -> list[_Topic]:
         notes.append("The folder is read file by file, without its description in metadata.yaml.")
     with tempfile.TemporaryDirectory() as folder:
         for file in files:
-            _take_file(_unpacked(file, Path(folder)) if file.suffix == _PACKED else file, topics, recover, notes)
+            plain = _unpacked(file, Path(folder)) if file.suffix == _PACKED else file
+            _take_file(file, plain, topics, recover, notes)
     return list(topics.values())
 
 
-def _take_file(file: Path, topics: _Topics, recover: bool, notes: list[str]) -> None:
+def _take_file(file: Path, plain: Path, topics: _Topics, recover: bool, notes: list[str]) -> None:
+    """Take the messages of a file, from ``plain``, which is the same unpacked."""
     from rosbags.rosbag2 import Reader
 
-    if _lacks_end(file):
+    if _lacks_end(plain):
         if not recover:
             raise BagError(
                 f"{file}: has no end, its writer was killed or the file was cut; --recover takes what is whole in it"
             )
         notes.append(f"{file.name} has no end: what is whole in it is taken.")
-    if file.suffix == ".mcap" and records.is_mcap(file):
-        _take_messages(records.scan(file), topics)
+    if plain.suffix == ".mcap" and records.is_mcap(plain):
+        _take_messages(records.scan(plain), topics)
     else:
-        with Reader(file) as reader:
+        with Reader(plain) as reader:
             _take_read(reader, topics)
 
 

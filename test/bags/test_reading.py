@@ -219,6 +219,16 @@ def test_whatever_happens_to_a_file_it_is_read_or_refused(tmp_path, storage, rec
     assert refused > 10  # of 60; SQLite has no checksums
 
 
+def test_packed_file_without_an_end_is_named_as_it_was_given(tmp_path):
+    """Not as the copy that it was unpacked into."""
+    zstd = pytest.importorskip("backports.zstd")
+    folder = making.make(tmp_path / "bag", MESSAGES)
+    packed = tmp_path / "cut.mcap.zstd"
+    packed.write_bytes(zstd.compress((folder / "bag.mcap").read_bytes()[:-200]))
+    assert refusal(packed).startswith(f"{packed}: has no end")
+    assert "cut.mcap.zstd has no end: what is whole in it is taken." in read(packed, recover=True).notes
+
+
 def test_unknown_packing_of_files(tmp_path):
     folder = making.make(tmp_path / "bag", MESSAGES, packed="file")
     described = (folder / "metadata.yaml").read_text()
