@@ -1,7 +1,9 @@
 """The node's own recorder: the bytes that were sent and received, and a run that repeats to the bit."""
 
 import itertools
+import math
 import os
+import random
 import resource
 import signal
 import struct
@@ -144,6 +146,46 @@ def test_run_with_pauses_and_steps_repeats_to_the_bit(connect, folder):
 def wait_recorded(process, folder, size=1_000_000):
     file = folder / f"{folder.name}.mcap"
     process.wait_until(lambda: file.exists() and file.stat().st_size > size, f"{size} bytes in the bag", SECONDS)
+
+
+def change(remote, chance):
+    """One of all that may be asked of a node, some of it refused."""
+    frame, force, torque = chance.choice(("world", "base_link", "nowhere")), vector(chance, 2.0), vector(chance, 0.1)
+    whole = {"body.mass": chance.uniform(1.0, 3.0), "gravity": vector(chance, 9.0)}
+    actions = [
+        lambda: remote.send(frame, force, torque, topic=chance.choice(("wrench", "gust", "impulse"))),
+        lambda: remote.send(frame, (math.nan, 0.0, 0.0)),
+        lambda: remote.send_pose("world", force, (0.4, 0.2, -0.8, chance.choice((0.4, math.inf)))),
+        lambda: remote.send_twist(frame, force, torque),
+        lambda: remote.call(chance.choice(("reset", "clear_wrench"))),
+        lambda: remote.call("step"),
+        lambda: remote.pause(chance.random() < 0.4),
+        lambda: remote.set_together(whole | ({"rate": 5.0} if chance.random() < 0.2 else {})),
+        lambda: remote.set_parameter("real_time_factor", chance.choice((0.5, 1.0, 3.0, -1.0))),
+    ]
+    chance.choice(actions)()
+    remote.turn(chance.choice((0.0, 0.002, 0.02)))
+
+
+def vector(chance, size):
+    return [chance.uniform(-size, size) for _ in range(3)]
+
+
+@pytest.mark.parametrize("changes", [100, pytest.param(1000, marks=pytest.mark.nightly)])
+def test_run_of_random_changes_repeats_to_the_bit(connect, folder, changes):
+    """A fresh simulation that is given what the node took, at the same steps, goes through every recorded pose."""
+    remote = connect({**SCENE, "record.path": str(folder)}).ready()
+    chance = random.Random(changes)
+    for _ in range(changes):
+        change(remote, chance)
+    remote.pause(False)
+    wait_for_steps(remote, 50)
+    _, values = remote.report()
+    ended(remote)
+    recorded = bag.read(folder, remote.name.removesuffix("/rigid_body_node"))
+    assert values["dropped"] == "0"
+    assert set(recorded.calls()) == CALLS
+    assert recorded.assert_repeats() > 2 * changes
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
