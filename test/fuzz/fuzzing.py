@@ -1,10 +1,13 @@
 """Random input, the same in every run: few cases by hypothesis, which makes what fails small, or very many without."""
 
 import random
+import re
+from pathlib import Path
 
 from hypothesis import HealthCheck, given, seed, settings
 from hypothesis import strategies as st
 
+MOST_GROWTH = 50_000  # kB
 USUAL = settings.get_profile("rigid_body_sim").max_examples
 
 
@@ -12,17 +15,31 @@ def fuzz(record_property, check, make, cases):
     """Give ``check`` what ``make`` makes of a source of chance, ``cases`` times.
 
     With the profile ``nightly``, many times as often and without hypothesis, which takes most of the time: what fails
-    then names the seed. The number of cases is added up at the end of the run.
+    then names the seed, and memory must not grow. The number of cases is added up at the end of the run.
     """
     total = cases * settings.default.max_examples // USUAL
     if total > cases:
-        for number in range(total):
-            _try(check, make, number)
+        _try_many(check, make, total)
     else:
         limits = settings(max_examples=cases, database=None, deadline=None, suppress_health_check=list(HealthCheck))
         cases_of = given(st.randoms(use_true_random=False).map(make))
         seed(1)(limits(cases_of(lambda case: check(case))))()
     record_property("cases", total)
+
+
+def _try_many(check, make, total):
+    for number in range(total):
+        _try(check, make, number)
+        if number == total // 10:
+            begin = memory()
+    grown = memory() - begin
+    print(f"memory grown by {grown} kB over {total - total // 10} cases")
+    assert grown < MOST_GROWTH
+
+
+def memory():
+    """Memory that this process holds [kB]."""
+    return int(re.search(r"VmRSS:\s+(\d+)", Path("/proc/self/status").read_text()).group(1))
 
 
 def _try(check, make, number):

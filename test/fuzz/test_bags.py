@@ -63,10 +63,10 @@ def test_damaged_files(record_property, bags, tmp_path):
             recording = read(folder, recover=recover)
         except BagError as reason:
             assert str(folder) in sentence(reason)
-            refused.append(reason)
+            refused.append(True)
             return
         check_recording(recording)
-        taken.append(recording)
+        taken.append(True)
 
     fuzz(record_property, check, make, 60)
     assert taken and refused
