@@ -38,7 +38,7 @@ mutation: $(READY) ## change the physics in small ways and list the changes that
 fuzz: $(READY) ## try a million hostile inputs, about 10 minutes on 2 cores
 	$(VENV)/bin/python -m pytest -n 2 test/fuzz --hypothesis-profile=nightly --timeout=7200
 
-nightly: fuzz ## make fuzz and long runs, about an hour
+nightly: fuzz ## make fuzz, long faults and long runs, about an hour
 	$(VENV)/bin/python -m pytest -m nightly -s --timeout=7200
 
 bench: $(READY) ## measure what a step costs
