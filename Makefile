@@ -40,7 +40,7 @@ fuzz: $(READY) ## try a million hostile inputs, about 15 minutes on 2 cores
 	$(VENV)/bin/python -m pip install --quiet --disable-pip-version-check --only-binary :all: atheris
 	$(VENV)/bin/python test/fuzz/guided.py
 
-nightly: fuzz ## make fuzz and long runs, about an hour
+nightly: fuzz ## make fuzz, long faults and long runs, about an hour
 	$(VENV)/bin/python -m pytest -m nightly -s --timeout=7200
 
 bench: $(READY) ## measure what a step costs

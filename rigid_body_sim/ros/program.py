@@ -28,6 +28,11 @@ class StopRequest:
         """From now on only note the request; the caller's loop looks at ``requested`` at least ten times a second."""
         self._defer = True
 
+    def ignore_further(self) -> None:
+        """At the end: while Python ends it gives back to these signals their default, which is to die of them."""
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, signal.SIG_IGN)
+
     def _on_signal(self, *_) -> None:
         if not self._defer:
             os._exit(0)
@@ -57,12 +62,14 @@ def run(name: str, make_node: Callable[[], Runnable], stop: StopRequest, args: l
     except (ValueError, RuntimeError, NameValidationException, ParameterException) as reason:
         print(f"{name}: {' '.join(str(reason).split())}", file=sys.stderr)
         rclpy.try_shutdown()
+        stop.ignore_further()
         return 1
     try:
         node.run(stop)
     finally:
         node.destroy_node()
         rclpy.try_shutdown()
+        stop.ignore_further()
     return 0
 
 

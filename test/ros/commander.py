@@ -1,9 +1,10 @@
 """Somebody who commands a node, as a process: ``python commander.py namespace rate force_x [reliability]``.
 
 It sends forces along x in the world's frame, so many a second (0: one alone, and then it stays), and prints "sending"
-when the first is out, then each million. Bytes, made once: what is measured is the node, not its commander.
+when the first is out. Bytes, made once: what is measured is the node, not its commander. SIGTERM ends it.
 """
 
+import signal
 import sys
 import time
 
@@ -22,20 +23,29 @@ def message(force_x):
 
 
 def main(namespace, rate, force_x, reliability="RELIABLE"):
-    rclpy.init()
+    rclpy.init(signal_handler_options=rclpy.SignalHandlerOptions.NO)
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit())
     node = Node("commander", namespace=namespace)
+    try:
+        command(node, float(rate), float(force_x), reliability)
+    finally:
+        node.destroy_node()
+        rclpy.try_shutdown()
+
+
+def command(node, rate, force_x, reliability):
     quality = QoSProfile(depth=10, reliability=ReliabilityPolicy[reliability])
     publisher = node.create_publisher(WrenchStamped, "wrench", quality)
-    data = message(float(force_x))
+    data = message(force_x)
     while reliability == "RELIABLE" and not publisher.get_subscription_count():
         time.sleep(0.01)
     publisher.publish(data)
     print("sending", flush=True)
-    send_on(publisher, data, float(rate))
+    send_on(publisher, data, rate)
 
 
 def send_on(publisher, data, rate):
-    """For ever: whoever started this ends it."""
+    """Until SIGTERM."""
     start, sent = time.monotonic(), 0
     while True:
         due = int((time.monotonic() - start) * rate)

@@ -12,6 +12,7 @@ import yaml
 
 ROOT = Path(__file__).parents[2]
 READY_SECONDS = 120.0  # the first start compiles the kernels
+SHARED_MEMORY = Path("/dev/shm")
 NODE = "rigid_body_sim.ros.main"
 DEEP_QUEUE = 20000  # a message for every step would fall out of the default queue of 10 when the machine is busy
 
@@ -108,7 +109,7 @@ def shared_memory(pid):
         maps = Path(f"/proc/{pid}/maps").read_text()
     except OSError:  # ended, or somebody else's
         return set()
-    return set(map(Path, re.findall(r"/dev/shm/fastrtps_\w+", maps)))
+    return set(map(Path, re.findall(rf"{SHARED_MEMORY}/fastrtps_\w+", maps)))
 
 
 def all_processes():
