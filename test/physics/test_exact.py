@@ -72,8 +72,9 @@ def test_quaternion_is_continuous_in_time():
         assert (np.sum(attitudes[1:] * attitudes[:-1], axis=1) > 0.9).all()
 
 
-def test_angle_without_a_right_digit_is_refused():
-    state, work, model = np.zeros(flat.SIZE), np.zeros(exact.WORK_SIZE), model_of((0.1, 0.2, 0.25))
+@pytest.mark.parametrize("moments", [(0.1, 0.1, 0.1), (0.1, 0.1, 0.15), (0.1, 0.2, 0.25)])
+def test_angle_without_a_right_digit_is_refused(moments):
+    state, work, model = np.zeros(flat.SIZE), np.zeros(exact.WORK_SIZE), model_of(moments)
     state[flat.Q], state[flat.L] = 1.0, 0.1
     before = state.copy()
     assert not exact.turn_freely(state, model, work, 1e16)

@@ -1,6 +1,7 @@
 """Mass, centre of mass and inertia: points, assemblies, and the parallel-axis theorem (theory 2.4)."""
 
 import math
+from dataclasses import FrozenInstanceError
 
 import numpy as np
 import pytest
@@ -162,3 +163,10 @@ def test_exactly_one_of_mass_and_density_is_given(given_values):
 def test_mass_and_density_are_positive_and_finite(given_values, message):
     with pytest.raises(ValueError, match=message):
         mass_of(1e200, *given_values)
+
+
+def test_mass_properties_cannot_be_changed_and_are_compared_as_the_things_they_are():
+    one, same = (MassProperties(1.0, (1, 1, 1)) for _ in range(2))
+    with pytest.raises(FrozenInstanceError):
+        one.mass = 2.0
+    assert one == one and one != same

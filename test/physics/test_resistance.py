@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from numpy.testing import assert_allclose
+from numpy.testing import assert_allclose, assert_array_equal
 
 from rigid_body_sim import Body, Drag, Simulation, State, Tether, Wrench
 from rigid_body_sim.integrators import substep
@@ -86,13 +86,10 @@ def test_resistance_only_takes_energy():
     assert (np.diff(energies) < 0.0).all()
 
 
-def test_jacobian_is_the_derivative_of_the_motion():
-    """Column by column against differences of the fourth order; one wrong sign shows as an error of order 1."""
-    wrench = Wrench((1, 2, 3), (0.1, 0.2, 0.3), (1, 0, -1), (0.3, 0.2, 0.1), [((0.1, 0.2, 0.3), (3, 2, 1))])
-    model = forces.new_model(BODY, (0, 0, -9.8), wrench, DRAG, TETHERS)
+def jacobian_and_differences(model, state):
+    """Derivative (12, 12) of the slope by the twelve unknowns: as given, and from differences of the fourth order."""
     forces.reduce_wrench(model)
-    y = flat.flatten(State((0.3, 0.2, 0.1), TURNED, (1.0, -0.5, 0.3), (0.4, -1.0, 0.7)), model)
-    work = np.zeros(12 + 13 + 12)
+    y, work = flat.flatten(state, model), np.zeros(12 + 13 + 12)
 
     def slope(z):
         work[:12] = z
@@ -101,18 +98,52 @@ def test_jacobian_is_the_derivative_of_the_motion():
 
     h, matrix = 1e-4, np.zeros(144)
     motion.jacobian(model, y, 0, False, matrix, 0)
-    for column, direction in zip(matrix.reshape(12, 12).T, np.eye(12), strict=True):
-        d = h * direction
-        difference = (8 * (slope(d) - slope(-d)) - slope(2 * d) + slope(-2 * d)) / (12 * h)
-        assert_allclose(column, difference, rtol=0, atol=1e-8)  # measured 2e-10
+    steps = h * np.eye(12)
+    differences = [(8 * (slope(d) - slope(-d)) - slope(2 * d) + slope(-2 * d)) / (12 * h) for d in steps]
+    return matrix.reshape(12, 12), np.transpose(differences)
 
 
-@pytest.mark.parametrize("bad", [(-1.0, 0, 0), (math.nan, 0, 0), (1.0, 2.0)])
+@pytest.mark.no_numba
+def test_jacobian_is_the_derivative_of_the_motion():
+    """One wrong sign shows as an error of order 1."""
+    wrench = Wrench((1, 2, 3), (0.1, 0.2, 0.3), (1, 0, -1), (0.3, 0.2, 0.1), [((0.1, 0.2, 0.3), (3, 2, 1))])
+    model = forces.new_model(BODY, (0, 0, -9.8), wrench, DRAG, TETHERS)
+    state = State((0.3, 0.2, 0.1), TURNED, (1.0, -0.5, 0.3), (0.4, -1.0, 0.7))
+    assert_allclose(*jacobian_and_differences(model, state), rtol=0, atol=1e-8)  # measured 2e-10
+
+
+@pytest.mark.no_numba
+def test_spring_of_no_rest_length_pulls_alike_all_round_its_anchor():
+    """There it has no direction: F = −k (p − anchor), whose derivative is the same from all sides."""
+    spring = Tether((0.1, 0.2, 0.3), (1.0, 1.0, 2.0), stiffness=30.0, slack=False)
+    state = State(np.subtract((1.0, 1.0, 2.0), (0.1, 0.2, 0.3)), velocity=(1.0, -0.5, 0.3))
+    model = forces.new_model(Body(2.0, (0.3, 0.4, 0.5)), (0, 0, 0), Wrench(), tethers=[spring])
+    found, differences = jacobian_and_differences(model, state)
+    assert_allclose(found, differences, rtol=0, atol=1e-8)  # measured 3e-12
+    assert_allclose(found[6:9, 0:3], -30.0 * np.eye(3), rtol=0, atol=1e-13)
+
+
+@pytest.mark.no_numba
+@pytest.mark.parametrize("slack", [True, False])
+def test_tether_of_some_length_at_its_anchor_pulls_and_pushes_nowhere(slack):
+    """It has no direction there, and gives the implicit integrators none to lean on."""
+    tether = Tether(anchor=(1.0, 1.0, 2.0), rest_length=0.5, stiffness=30.0, damping=2.0, slack=slack)
+    state = State((1.0, 1.0, 2.0), velocity=(1.0, -0.5, 0.3))
+    model = forces.new_model(BALL, (0, 0, 0), Wrench(), tethers=[tether])
+    y, matrix = flat.flatten(state, model), np.zeros(144)
+    motion.jacobian(model, y, 0, True, matrix, 0)
+    assert_array_equal(motion.loads(model, y, 0, 1.0, 0.0, 0.0, 0.0), 0.0)
+    assert_array_equal(matrix.reshape(12, 12)[6:], 0.0)
+
+
+@pytest.mark.no_numba
+@pytest.mark.parametrize("bad", [(-1.0, 0, 0), (0, -1e-9, 0), (math.nan, 0, 0), (1.0, 2.0)])
 def test_drag_that_is_none_is_refused(bad):
     with pytest.raises(ValueError, match="drag quadratic"):
         Drag(quadratic=bad)
 
 
+@pytest.mark.no_numba
 @pytest.mark.parametrize("name", ["rest_length", "stiffness", "damping"])
 def test_tether_that_is_none_is_refused(name):
     with pytest.raises(ValueError, match=f"tether {name} -1 is not a finite number of at least 0"):

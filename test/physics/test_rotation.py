@@ -295,9 +295,10 @@ def test_matrix_that_is_not_homogeneous_is_refused(place, value, message):
 
 
 @pytest.mark.parametrize("function", [rotation.from_homogeneous, rotation.from_matrix_4x4])
-def test_matrix_of_wrong_shape_is_refused(function):
-    with pytest.raises(ValueError, match=r"matrix has shape \(3, 3\); four rows of four numbers"):
-        function(np.eye(3))
+@pytest.mark.parametrize("shape", [(), (3, 3), (5, 5), (4,), (4, 5), (16,), (1, 4, 4)])
+def test_matrix_of_wrong_shape_is_refused(function, shape):
+    with pytest.raises(ValueError, match=rf"matrix has shape {re.escape(str(shape))}; four rows of four numbers"):
+        function(np.ones(shape))
 
 
 def test_roll_pitch_yaw_turn_about_fixed_axes_in_this_order():
@@ -343,3 +344,10 @@ def test_vector_of_any_other_shape_is_refused_with_its_shape(shape):
 @given(vectors, vectors)
 def test_cross_product_of_scalars_is_that_of_vectors(v, w):
     assert rotation.cross(*v, *w) == tuple(np.cross(v, w))
+
+
+def test_homogeneous_matrix_without_a_translation_only_turns():
+    q = rotation.normalize((0.4, 0.2, -0.8, 0.4))
+    matrix = rotation.to_homogeneous(q)
+    assert_array_equal(matrix[:3, 3], 0.0)
+    assert_array_equal(matrix[:3, :3], to_matrix(q))

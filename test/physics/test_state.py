@@ -160,3 +160,13 @@ def test_momenta_count_as_finite_up_to_where_velocities_do(motion, most, axis):
 
 def test_attitude_in_the_flat_state_has_unit_length():
     assert rotation.norm(flattened(STATE)[flat.Q : flat.Q + 4]) == pytest.approx(1.0, abs=5e-16)
+
+
+@pytest.mark.parametrize("spin", [0.0, 1e-290])
+def test_attitude_is_not_aligned_with_an_angular_momentum_that_has_no_low_order_parts(spin):
+    """Below 1e-280 kg m²/s they underflow, and there is nothing to correct."""
+    thin = Body(1.0, (1.0, 1.0, 1e-6))
+    numbers = flattened(State(orientation=STATE.orientation, angular_velocity=(0.0, spin, 0.0)), thin)
+    before = numbers.copy()
+    flat.align(numbers, spin, 0.0, spin, 0.0, 0.0, 0.0)
+    assert_array_equal(numbers, before)
