@@ -136,33 +136,34 @@ def _by_commands(
 
 
 def _poses_in_order(recording: Recording, pose: str, notes: list[str]) -> Messages:
-    poses = _finite(recording, pose, notes)
+    poses = _true_poses(recording, pose, notes)
     notes.append(timing.oddities(f"Stamps of {pose}", poses.stamp_ns))
     poses = _chosen(poses, timing.order(recording.path, pose, poses.stamp_ns, CUT_OR_RECORD))
     return _chosen(poses, timing.last_of_equal(poses.stamp_ns))
 
 
-def _finite(recording: Recording, pose: str, notes: list[str]) -> Messages:
+def _true_poses(recording: Recording, pose: str, notes: list[str]) -> Messages:
     """The poses without those that are none: they are counted. Raises BagError when none is left."""
     poses = recording.poses[pose]
-    finite: NDArray[np.bool_] = np.all(np.isfinite(poses.values), axis=1)
-    if finite.all():
+    finite = np.isfinite(poses.values).all(axis=1)
+    true: NDArray[np.bool_] = finite & poses.values[:, 3:].any(axis=1)
+    if true.all():
         return poses
-    first = int(np.argmin(finite))
+    first = int(np.argmin(true))
     found = (
-        f"{int((~finite).sum())} of {len(finite)} poses on {pose} are not finite, the first is message {first + 1}, "
-        f"stamped {timing.seconds(int(poses.stamp_ns[first]))}"
+        f"{int((~true).sum())} of {len(true)} poses on {pose} are not finite or have a quaternion of zeros, the first "
+        f"is message {first + 1}, stamped {timing.seconds(int(poses.stamp_ns[first]))}"
     )
-    if not finite.any():
+    if not true.any():
         raise BagError(f"{recording.path}: {found}; give a bag with poses, or another topic with --pose")
     notes.append(f"{found}: left out.")
-    return _chosen(poses, finite)
+    return _chosen(poses, true)
 
 
 def _by_journal(recording: Recording, scene: Scene, pose: str | None, twist: str | None, notes: list[str]) -> Problem:
     if pose is None:
         raise BagError(f"{recording.path}: has a journal, but no pose to compare with; record pose, too")
-    poses = _finite(recording, pose, notes)
+    poses = _true_poses(recording, pose, notes)
     twists = recording.twists.get(twist or "")
     entries = tuple(journals.read(recording.journal))
     notes.append("Simulated by the node's own journal: each command takes effect at the step at which it did.")

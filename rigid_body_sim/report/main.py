@@ -19,7 +19,7 @@ from .stability.section import Stability
 from .store import Store, StoreError
 
 SECTIONS: tuple[Section, ...] = (ErrorSection(), Stability(), LeftOut())
-HOW_TO_INSTALL = "pip install rigid_body_sim[report]"
+HOW_TO_INSTALL = "pip install 'rigid_body_sim[report]'"
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

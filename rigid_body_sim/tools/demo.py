@@ -31,7 +31,7 @@ TARGET = (1.0, 0.0, 0.0, 0.0)  # body axes along the world's
 MAX_TORQUE = 0.05  # N m
 CONNECTED_WITHIN = 120.0  # s: kernels may have to be compiled on a slow machine
 NEXT_POSE_WITHIN = 10.0  # s
-HOW_TO_INSTALL = "pip install rigid_body_sim[report]"
+HOW_TO_INSTALL = "pip install 'rigid_body_sim[report]'"
 
 
 def main(args: list[str] | None = None) -> int:
@@ -65,7 +65,9 @@ def _no_traceback() -> Iterator[None]:
     except (OSError, ValueError, ChildError, TimeoutError) as reason:
         raise _DemoError(reason) from None
     except ImportError as reason:
-        raise _DemoError(f"{reason}; the demo needs rclpy: source a ROS, or pip install rigid_body_sim[ros]") from None
+        raise _DemoError(
+            f"{reason}; the demo needs rclpy: source a ROS, or pip install 'rigid_body_sim[ros]'"
+        ) from None
 
 
 def _parser() -> argparse.ArgumentParser:

@@ -170,6 +170,11 @@ class Table:
                 f"--vary {told[0]}: the journal holds the commands as they took effect, so {told[0]} does not change "
                 "the motion; give a parameter that does"
             )
+        if "steps_per_command" in columns and not scene["lockstep"]:
+            raise ValueError(
+                "--vary steps_per_command: a command advances nothing in real time, so it does not change the motion; "
+                "give a scene with lockstep"
+            )
         self.grid = list(itertools.product(*(varied.values for varied in variations)))
         self._columns = [*columns, *RESULTS]
         self._about = {

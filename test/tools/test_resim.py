@@ -1,5 +1,6 @@
 """rigid_body_resim as it is called: what it says, what it leaves behind, and its exit status."""
 
+import math
 import os
 import signal
 import subprocess
@@ -102,28 +103,31 @@ def test_defaults_of_the_node_where_nothing_tells_the_scene(folder, capsys):
     assert "Scene: the node's defaults, because neither --scene nor a journal gives one." in out
 
 
-def with_poses_lost(messages, lost):
-    """Of the poses, those numbered so are not a number."""
+def with_poses_lost(messages, lost, instead=math.nan):
+    """Of the poses, those numbered so have nothing but that in all places."""
     poses = (i for i, entry in enumerate(messages) if entry[0] == "/pose")
     for k, i in enumerate(poses):
         if k in lost:
             topic, receive_ns, pose = messages[i]
             stamp = pose.header.stamp
-            nothing = making.pose_stamped(stamp.sec * 10**9 + stamp.nanosec, "world", [np.nan] * 7)
+            nothing = making.pose_stamped(stamp.sec * 10**9 + stamp.nanosec, "world", [instead] * 7)
             messages[i] = topic, receive_ns, nothing
     return messages
 
 
-def test_poses_that_are_not_finite_are_left_out(folder, capsys):
+def test_poses_that_are_none_are_left_out(folder, capsys):
     given = runs.sends(BASE, SECONDS)
     making.make(folder / "own", with_poses_lost(runs.with_journal(BASE, given, SECONDS), {0, 20}))
     making.make(folder / "lost", with_poses_lost(runs.in_real_time(BASE, given, SECONDS), {20, 50}))
-    for arguments, first in ((("own",), 1), (("lost", "--scene", "scene.yaml"), 21)):
+    making.make(folder / "zero", with_poses_lost(runs.in_real_time(BASE, given, SECONDS), {20, 50}, instead=0.0))
+    by_times = ("--scene", "scene.yaml")
+    for arguments, first in ((("own",), 1), (("lost", *by_times), 21), (("zero", *by_times), 21)):
         status, out, _ = call(capsys, *arguments)
         assert status == 0 and "Equal to the bit: 49 poses" in out
-        assert f"2 of 51 poses on /pose are not finite, the first is message {first}, stamped 17000000" in out
+        assert "2 of 51 poses on /pose are not finite or have a quaternion of zeros" in out
+        assert f"the first is message {first}, stamped 17000000" in out
     making.make(folder / "none", with_poses_lost(runs.in_real_time(BASE, given, SECONDS), range(51)))
-    assert "51 of 51 poses on /pose are not finite" in refusal(capsys, "none", "--scene", "scene.yaml")
+    assert "51 of 51 poses on /pose are not finite" in refusal(capsys, "none", *by_times)
 
 
 def test_bag_is_written_and_can_be_compared_again(folder, capsys):

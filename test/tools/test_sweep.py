@@ -135,6 +135,7 @@ def test_rows_of_another_command_are_not_gone_on_with(folder, capsys):
         (("body.mass=1:2:1000000000",), "asks for 1000000000 runs; give at most 1000000"),
         (("body.mass=1:inf:3",), "1:inf:3 is not first:last:count"),
         (("steps_per_command=1:inf:3",), "1:inf:3 is not first:last:count"),
+        (("steps_per_command=1,2",), "a command advances nothing in real time"),
         (("body.mass=1:2:inf",), "1:2:inf is not first:last:count"),
         (("body.mass=1", "--csv", "run"), "--csv run: is a folder; give a file, such as run/runs.csv"),
         (("gravity=1,2",), "give one entry, such as gravity[0]=..."),

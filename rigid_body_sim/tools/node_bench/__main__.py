@@ -40,7 +40,7 @@ def main(args: list[str] | None = None) -> int:
         print("interrupted", file=sys.stderr)
         return 130
     except ImportError as reason:
-        print(f"{reason}; rclpy is needed: source a ROS, or pip install rigid_body_sim[ros]", file=sys.stderr)
+        print(f"{reason}; rclpy is needed: source a ROS, or pip install 'rigid_body_sim[ros]'", file=sys.stderr)
         return 1
     finally:
         if arguments.out:
