@@ -54,13 +54,15 @@ def run(name: str, make_node: Callable[[], Runnable], stop: StopRequest, args: l
     import rclpy
     from rclpy.exceptions import NameValidationException, ParameterException
 
+    from ..scene.schema import one_line
+
     stop.defer()
     middleware.use_profile()
     try:
         _init(args)
         node = make_node()
     except (ValueError, RuntimeError, NameValidationException, ParameterException) as reason:
-        print(f"{name}: {' '.join(str(reason).split())}", file=sys.stderr)
+        print(f"{name}: {one_line(reason)}", file=sys.stderr)
         rclpy.try_shutdown()
         stop.ignore_further()
         return 1

@@ -169,7 +169,7 @@ def load_scene(path: str | os.PathLike[str]) -> Scene:
             own = {name: value for name, value in given.items() if not schema.belongs_to_ros(name)}
             return Scene(own, os.path.dirname(path))
         except (yaml.YAMLError, ValueError) as reason:
-            raise ValueError(f"{os.fspath(path)}: {' '.join(str(reason).split())}") from None
+            raise ValueError(f"{os.fspath(path)}: {schema.one_line(reason)}") from None
         except RecursionError:
             raise ValueError(f"{os.fspath(path)}: is nested too deeply; parameters are a few levels deep") from None
 

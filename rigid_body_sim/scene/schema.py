@@ -448,6 +448,14 @@ def shown_name(name: str) -> str:
     return name if name.isprintable() and 0 < len(name) <= MOST_SHOWN else shown(name)
 
 
+def one_line(reason: Exception) -> str:
+    """What an exception says, on one line, with escapes for what cannot be printed."""
+    text = " ".join(str(reason).split())
+    if text.isprintable():
+        return text
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
+
+
 def _is_array(value: Any) -> bool:
     """Something with an order. Bytes are texts; a set has no order."""
     return isinstance(value, Iterable) and not isinstance(value, str | bytes | bytearray | Set | Mapping)

@@ -18,6 +18,7 @@ from ..bags.problem import Choices, Problem
 from ..bags.reading import Recording, read
 from ..bags.resimulating import Progress, Track
 from ..scene.loader import Scene, load_scene
+from ..scene.schema import one_line
 from ..simulation import SimulationError
 from . import resim_output, resim_picture, sweep
 from .resim_main import INTERRUPTED
@@ -39,7 +40,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except ImportError as reason:
         text, status = f"{reason}; {HOW_TO_INSTALL}", FAILED
     except (BagError, OSError, SimulationError, ValueError) as reason:
-        text, status = " ".join(str(reason).split()), FAILED
+        text, status = one_line(reason), FAILED
     print(f"rigid_body_resim: {text}", file=sys.stderr)
     return status
 
