@@ -74,6 +74,15 @@ def states(_, commands):
 TARGETS = (scenes, urdfs, stls, objs, wrenches, states)
 
 
+def compile_all():
+    """Before any time is taken: a first run compiles for a minute."""
+    from rigid_body_sim import Body, Simulation
+    from rigid_body_sim.integrators import REGISTRY
+
+    for name in REGISTRY:
+        Simulation(Body(1.0, (1.0, 1.0, 1.0)), integrator=name).step()
+
+
 def explore(target, runs, folder):
     """Never returns: libFuzzer ends the process, with status 0 when nothing was found."""
     sys.path[:0] = [str(TESTS), str(ROOT)]
@@ -84,6 +93,7 @@ def explore(target, runs, folder):
     left_out = ["rigid_body_sim." + f"{file.parent.name}.{file.stem}".removesuffix(".__init__") for file in sources]
     with redirect_stderr(StringIO()), atheris.instrument_imports(include=WATCHED, exclude=left_out):
         from fuzz import test_commands, test_files
+    compile_all()
     found_in = f"-artifact_prefix={Path.cwd()}/{target.__name__}-"
     os.chdir(folder)
     check, beginnings = target(test_files, test_commands)
