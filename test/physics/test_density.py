@@ -65,6 +65,7 @@ def test_solid_far_away_is_as_good():
     [
         ((1.0, (0, 0), (1, 1, 1)), "must be three finite numbers each|inhomogeneous"),
         ((1.0, (0, 0, 0), (1, 0, 1)), "lower before upper"),
+        ((1.0, (0, 0, 0), (1, -1, 1)), "lower before upper"),
         ((1.0, (0, 0, 0), (1, math.inf, 1)), "must be three finite numbers each"),
         ((-1.0, *UNIT), "density is negative or not finite"),
         ((lambda x, y, z: np.log(x - 2), *UNIT), "density is negative or not finite"),

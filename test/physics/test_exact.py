@@ -4,6 +4,7 @@ import mpmath
 import numpy as np
 import pytest
 from mpmath import mpf
+from numpy.testing import assert_allclose, assert_array_equal
 
 from rigid_body_sim import Body, Simulation, State, Wrench
 from rigid_body_sim.physics import compiled, exact, forces, rotation
@@ -79,6 +80,23 @@ def test_angle_without_a_right_digit_is_refused(moments):
     before = state.copy()
     assert not exact.turn_freely(state, model, work, 1e16)
     assert (state == before).all()
+
+
+@pytest.mark.parametrize("moments", [(0.1, 0.1, 0.1), (0.1, 0.2, 0.25)])
+def test_low_order_parts_of_the_attitude_are_taken_in_and_those_of_the_others_left(moments):
+    model, work = model_of(moments), np.zeros(exact.WORK_SIZE)
+    one = np.zeros(flat.SIZE)
+    one[flat.Q : flat.Q + 4], one[flat.L : flat.L + 3] = (0.4, 0.2, -0.8, 0.4), (0.3, -0.2, 0.5)
+    low = flat.LOW + np.arange(flat.LOW)
+    one[low] = [1e-17, 2e-17, 3e-17, 0.0, 0.0, 0.0, 0.0, 4e-17, 5e-17, 6e-17, 0.0, 0.0, 0.0]
+    other, part = one.copy(), 2.0**-40  # the same attitude, told in parts
+    other[flat.Q : flat.Q + 4] -= part
+    other[flat.LOW + flat.Q : flat.LOW + flat.Q + 4] = part
+    given = one[low].copy()
+    for state in (one, other):
+        assert compiled.ready(exact.turn_freely, state, model, work, 0.7)(state, model, work, 0.7)
+        assert_array_equal(state[low], given)
+    assert_allclose(other, one, rtol=0, atol=1e-15)  # measured 1.2e-16
 
 
 def test_run_of_any_length_accumulates_no_error():

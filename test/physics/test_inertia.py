@@ -163,7 +163,7 @@ def test_principal_axes_give_the_inertia_back(moments, q):
     assert np.linalg.det(R) == pytest.approx(1.0, abs=1e-14)  # measured 2.2e-16
 
 
-@pytest.mark.parametrize("moments", [(3.0, 1.0, 2.5), (1.0, 1.0, 1.0), (2.0, 1.0, 2.0)])
+@pytest.mark.parametrize("moments", [(3.0, 1.0, 2.5), (1.0, 1.0, 1.0), (2.0, 1.0, 2.0), (1.0, 1.0 + 2.0**-52, 1.5)])
 def test_diagonal_inertia_keeps_its_axes_and_their_order_exactly(moments):
     found, q = inertia.principal_axes(np.diag(moments))
     assert_array_equal(found, moments)

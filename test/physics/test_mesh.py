@@ -132,6 +132,8 @@ BAD = {  # vertices, triangles, and what the message must say
     "no triangles": (TETRAHEDRON, np.zeros((0, 3), int), "with at least one triangle are needed"),
     "quads": (TETRAHEDRON, np.array([(0, 1, 2, 3)]), r"triangles of shape \(1, 4\)"),
     "plane vertices": (TETRAHEDRON[:, :2], FACES, r"vertices of shape \(4, 2\)"),
+    "vertices in a row": (TETRAHEDRON.ravel(), FACES, r"vertices of shape \(12,\)"),
+    "triangles in a row": (TETRAHEDRON, FACES.ravel(), r"triangles of shape \(12,\)"),
 }
 
 
