@@ -6,7 +6,7 @@ from pathlib import Path
 
 FIRST_PORT, PORTS = 7400, 250  # of domain 0, and of each
 USUAL = range(1, 101)
-OWN = range(215, 233)  # above the ports that Linux hands out, where no session of these tests is
+OWN = range(215, 233)  # above the ports that Linux hands out, where no other run of these tests is
 
 
 def free_domain(among):
