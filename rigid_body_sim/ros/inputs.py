@@ -13,6 +13,7 @@ from ..physics import rotation
 from ..physics.state import State
 from ..scene import commands
 from ..scene.loader import Scene
+from ..scene.schema import shown
 from ..simulation import IntegratorError
 from . import messages
 from .loop import Loop
@@ -183,11 +184,11 @@ def _check_topic(node: Node, topic: str) -> None:
         name = node.resolve_topic_name(topic)
     except RuntimeError:  # RCLError, whose text names lines of C
         raise ValueError(
-            f"parameter wrench.topics: {topic!r} cannot be the name of a topic; "
+            f"parameter wrench.topics: {shown(topic)} cannot be the name of a topic; "
             "give letters, digits and '_', no digit first, with '/' between namespaces"
         ) from None
     if name in {end.topic_name for end in (*node.subscriptions, *node.publishers)}:
         raise ValueError(
-            f"parameter wrench.topics: {topic!r} is {name}, which this node uses already; give each source a topic of "
-            "its own"
+            f"parameter wrench.topics: {shown(topic)} is {name}, which this node uses already; give each source a topic "
+            "of its own"
         )

@@ -11,6 +11,7 @@ from std_msgs.msg import Header
 from ..physics.wrench import Wrench
 from ..scene.commands import NOT_FINITE, UNKNOWN_FRAME, Limit, RefusedError, make_wrench, meaning, unlimited
 from ..scene.loader import Scene
+from ..scene.schema import shown
 
 NANOSECONDS = 1_000_000_000
 
@@ -32,7 +33,7 @@ def check_frame(what: str, frame_id: str, known: set[str]) -> str:
     if name and name not in known:
         choice = " or ".join(sorted(known))
         raise RefusedError(
-            UNKNOWN_FRAME, f"{what} in frame {name!r} refused: send it in {choice}, or leave frame_id empty"
+            UNKNOWN_FRAME, f"{what} in frame {shown(name)} refused: send it in {choice}, or leave frame_id empty"
         )
     return name
 

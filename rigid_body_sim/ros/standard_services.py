@@ -19,6 +19,7 @@ from rclpy.task import Future
 from ..physics import rotation
 from ..physics.state import State
 from ..scene.loader import Scene
+from ..scene.schema import shown
 from . import messages
 from .loop import Loop, Run, StoppedError
 from .messages import RefusedError
@@ -228,7 +229,7 @@ class EntityServices:
         try:
             return re.search(pattern, self._name) is not None
         except re.error as reason:
-            text = f"filter {pattern!r} is not a regular expression: {reason}"
+            text = f"filter {shown(pattern)} is not a regular expression: {reason}"
             raise FailedError(self._Result.RESULT_OPERATION_FAILED, text) from None
 
     def _is_within(self, bounds: Any) -> bool:
@@ -246,7 +247,7 @@ class EntityServices:
 
     def _need_the_body(self, entity: str) -> None:
         if entity != self._name:
-            text = f"no entity {entity!r}: the only one is {self._name!r}"
+            text = f"no entity {shown(entity)}: the only one is {self._name!r}"
             raise FailedError(self._Result.RESULT_NOT_FOUND, text)
 
     def _get_info(self, request: Any, response: Any) -> None:

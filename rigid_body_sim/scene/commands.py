@@ -5,6 +5,7 @@ from collections.abc import Callable, Sequence
 
 from ..physics.wrench import Wrench
 from .loader import Scene
+from .schema import shown
 
 NOT_FINITE = "not finite"
 UNKNOWN_FRAME = "unknown frame"
@@ -34,7 +35,7 @@ def meaning(frame_id: str, scene: Scene, what: str) -> Meaning:
     if name in scene.frames:
         return scene.frames[name].wrench
     known = ", ".join([scene["body.frame_id"], scene["world_frame_id"], *scene.frames])
-    text = f"{what} in frame {name!r} refused: send it in one of {known}, or leave frame_id empty"
+    text = f"{what} in frame {shown(name)} refused: send it in one of {known}, or leave frame_id empty"
     raise RefusedError(UNKNOWN_FRAME, text)
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from ..physics.mass_properties import MassProperties
 from ..physics.mesh import of_mesh
 from ..physics.shapes import SHAPES
-from . import mesh_file, urdf
+from . import mesh_file, schema, urdf
 from .file_path import located
 
 _SOURCES = ("body.shape", "body.mesh_file", "body.urdf_file")
@@ -97,4 +97,4 @@ def _amount(values: Mapping[str, Any]) -> tuple[float | None, float | None]:
 
 
 def _shown(value: Any) -> str:
-    return repr(list(value) if isinstance(value, tuple) else value)
+    return schema.shown(list(value) if isinstance(value, tuple) else value)

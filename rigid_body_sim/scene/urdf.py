@@ -3,6 +3,7 @@
 import math
 import os
 from collections import Counter
+from collections.abc import Iterable
 from xml.etree import ElementTree
 
 from ..physics import rotation
@@ -57,21 +58,23 @@ def _of_link(root: ElementTree.Element, name: str) -> MassProperties:
     links = {link.get("name", ""): link.find("inertial") for link in found}
     if len(links) < len(found):
         twice, _ = Counter(link.get("name", "") for link in found).most_common(1)[0]
-        raise ValueError(f"has two links of the name {twice!r}; give each a name of its own")
+        raise ValueError(f"has two links of the name {schema.shown(twice)}; give each a name of its own")
     with_mass = [link for link, inertial in links.items() if inertial is not None]
     if name and name not in links:
-        raise ValueError(f"has no link {name!r}; its links are {', '.join(links) or 'none'}")
+        raise ValueError(f"has no link {schema.shown(name)}; its links are {_listed(links)}")
     if not name and len(with_mass) != 1:
-        raise ValueError(
-            f"has {len(with_mass)} links with <inertial>; name one: {', '.join(with_mass) or 'there is none'}"
-        )
+        raise ValueError(f"has {len(with_mass)} links with <inertial>; name one: {_listed(with_mass)}")
     inertial = links[name or with_mass[0]]
     if inertial is None:
-        raise ValueError(f"link {name!r} has no <inertial>; those that have one: {', '.join(with_mass) or 'none'}")
+        raise ValueError(f"link {schema.shown(name)} has no <inertial>; those that have one: {_listed(with_mass)}")
     try:
         return _of_inertial(inertial)
     except ValueError as reason:
-        raise ValueError(f"link {name or with_mass[0]!r}: {reason}") from None
+        raise ValueError(f"link {schema.shown(name or with_mass[0])}: {reason}") from None
+
+
+def _listed(names: Iterable[str]) -> str:
+    return schema.shown_name(", ".join(names) or "none")
 
 
 def _of_inertial(inertial: ElementTree.Element) -> MassProperties:
@@ -100,7 +103,7 @@ def _number(element: ElementTree.Element, name: str) -> float:
 def _three(origin: ElementTree.Element | None, name: str) -> tuple[float, ...]:
     text = "0 0 0" if origin is None else origin.get(name, "0 0 0")
     if len(text.split()) != 3:
-        raise ValueError(f"origin {name} = {text!r} is not three numbers with spaces between them")
+        raise ValueError(f"origin {name} = {schema.shown(text)} is not three numbers with spaces between them")
     return tuple(_float(part, f"origin {name}") for part in text.split())
 
 
@@ -110,5 +113,5 @@ def _float(text: str, name: str) -> float:
     except ValueError:
         number = math.nan
     if not math.isfinite(number):
-        raise ValueError(f"{name} = {text!r} is not a finite number")
+        raise ValueError(f"{name} = {schema.shown(text)} is not a finite number")
     return number

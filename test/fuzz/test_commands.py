@@ -246,7 +246,7 @@ FRAMES += [
     b"world",
     b"wor\0ld\0",
     b"\xff\xfe\0",
-    b"a" * 300 + b"\0",
+    b"a" * 5000 + b"\0",
     b"w\n\x1b[2Jorld\0",
     b"\xed\xa0\x80\0",
     b"\0\0\0\0",

@@ -75,7 +75,7 @@ BAD = {  # text, link, and what the message must say
     "not XML": ("solid cube", "", "is not XML: syntax error"),
     "empty": ("", "", "is not XML"),
     "world": ("<sdf/>", "", "begins with <sdf>; a URDF begins with <robot>"),
-    "no links": ("<robot/>", "", "has 0 links with <inertial>; name one: there is none"),
+    "no links": ("<robot/>", "", "has 0 links with <inertial>; name one: none"),
     "two links": (robot(INERTIAL, INERTIAL), "", "has 2 links with <inertial>; name one: a, b"),
     "unknown link": (robot(INERTIAL), "wing", "has no link 'wing'; its links are a"),
     "massless link": (robot("", INERTIAL), "a", "link 'a' has no <inertial>; those that have one: b"),
