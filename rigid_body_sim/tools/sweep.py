@@ -342,13 +342,20 @@ def processes(count: int) -> Runs:
 def _signals_put_off() -> Iterator[None]:
     """Ctrl-C and SIGTERM are heard at the end, and never by processes that start meanwhile: this one ends them.
 
-    Python itself has no quiet answer to Ctrl-C while it imports what a new process needs.
+    Python itself has no quiet answer to Ctrl-C while it imports what a new process needs. The mask is for those
+    processes, which inherit it; here another thread, such as one of numpy's, may take the signal all the same.
     """
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, signal.SIGTERM})
+    numbers, heard = (signal.SIGINT, signal.SIGTERM), list[int]()
+    mask = signal.pthread_sigmask(signal.SIG_BLOCK, numbers)
+    handlers = {number: signal.signal(number, lambda taken, _: heard.append(taken)) for number in numbers}
     try:
         yield
     finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        for number, handler in handlers.items():
+            signal.signal(number, handler)
+        signal.pthread_sigmask(signal.SIG_SETMASK, mask)
+        for taken in heard[:1]:  # what one of them asks for is what they all do
+            signal.raise_signal(taken)
 
 
 def dask(address: str) -> Runs:

@@ -7,6 +7,7 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 import time
 from pathlib import Path
 
@@ -50,11 +51,12 @@ def expected(**changes):
     return resimulating.run(problem, scene).state
 
 
-SWEEP = ("run", "--scene", "scene.yaml", "--workers", "2", "--vary")
+SWEEP = ("run", "--scene", "scene.yaml", "--workers", "1", "--vary")  # each more imports all for a second
+TWO = (*SWEEP[:-2], "2", SWEEP[-1])
 
 
 def test_grid_has_a_row_for_each_run(folder, capsys):
-    status, out, _ = call(capsys, *SWEEP, "body.mass=1:3:3", "--vary", "gravity[2]=-9.80665,-1.62")
+    status, out, _ = call(capsys, *TWO, "body.mass=1:3:3", "--vary", "gravity[2]=-9.80665,-1.62")
     assert status == 0 and "Rows: 6 of 6, in run.csv" in out
     rows = {(float(row["body.mass"]), float(row["gravity[2]"])): row for row in rows_of(folder / "run.csv")}
     assert set(rows) == {(m, g) for m in (1.0, 2.0, 3.0) for g in (-9.80665, -1.62)}
@@ -213,7 +215,7 @@ def children():
 
 
 def begin_a_long_sweep():
-    command = [sys.executable, "-m", "rigid_body_sim.tools.resim_main", *SWEEP]
+    command = [sys.executable, "-m", "rigid_body_sim.tools.resim_main", *TWO]
     return subprocess.Popen(
         [*command, "body.mass=1:3:2000", "--csv", "rows.csv"],
         stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True,
@@ -260,6 +262,27 @@ def test_ctrl_c_while_workers_start(folder):
     wait(lambda: len(in_group(process.pid)) > 2, "a worker")  # beside multiprocessing's own process
     os.killpg(process.pid, signal.SIGINT)
     assert_interrupted(process)
+
+
+def test_ctrl_c_that_another_thread_takes_waits_until_all_have_started():
+    """numpy has threads, and the system gives a signal to any that does not block it."""
+    done, begun = threading.Event(), []
+    other = threading.Thread(target=done.wait)
+    other.start()
+    try:
+        with pytest.raises(KeyboardInterrupt), sweep._signals_put_off():
+            os.kill(os.getpid(), signal.SIGINT)
+            wait(lambda: not pending(), "the other thread")
+            begun.append("all")
+    finally:
+        done.set()
+        other.join()
+    assert begun == ["all"]
+
+
+def pending():
+    """Whether SIGINT waits for a thread of this process."""
+    return signal.SIGINT in signal.sigpending()
 
 
 def wait(true, what):
@@ -349,7 +372,7 @@ def test_dask_gives_the_rows_of_processes_though_a_worker_is_killed(folder, caps
     status, out, _ = call(capsys, "run", "--scene", "scene.yaml", "--vary", "body.mass=1:3:5", "--dask", address)
     assert status == 0 and "Rows: 5 of 5" in out
     by_dask = (folder / "run.csv").read_text().splitlines()
-    assert call(capsys, *SWEEP, "body.mass=1:3:5", "--csv", "own.csv")[0] == 0
+    assert call(capsys, *TWO, "body.mass=1:3:5", "--csv", "own.csv")[0] == 0
     assert sorted((folder / "own.csv").read_text().splitlines()) == sorted(by_dask)
 
 
