@@ -189,6 +189,6 @@ def _check_topic(node: Node, topic: str) -> None:
         ) from None
     if name in {end.topic_name for end in (*node.subscriptions, *node.publishers)}:
         raise ValueError(
-            f"parameter wrench.topics: {shown(topic)} is {name}, which this node uses already; give each source a topic "
-            "of its own"
+            f"parameter wrench.topics: {shown(topic)} is {name}, which this node uses already; give each source "
+            "a topic of its own"
         )
