@@ -145,8 +145,8 @@ def _poses_in_order(recording: Recording, pose: str, notes: list[str]) -> Messag
 def _true_poses(recording: Recording, pose: str, notes: list[str]) -> Messages:
     """The poses without those that are none: they are counted. Raises BagError when none is left."""
     poses = recording.poses[pose]
-    finite = np.isfinite(poses.values).all(axis=1)
-    true: NDArray[np.bool_] = finite & poses.values[:, 3:].any(axis=1)
+    finite, turned = np.isfinite(poses.values), poses.values[:, 3:] != 0.0
+    true: NDArray[np.bool_] = np.all(finite, axis=1) & np.any(turned, axis=1)
     if true.all():
         return poses
     first = int(np.argmin(true))
