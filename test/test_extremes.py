@@ -456,6 +456,8 @@ def test_run_that_ends_in_overflow_stops_at_the_last_step_that_can_be_done(integ
     assert ends[0] == ends[1]
     another.step(stopped[0].steps)
     assert another.save() == ends[0][0], "the state that is kept is not that of the last step"
+    with pytest.raises(SimulationError):
+        another.step()
 
 
 def test_energy_too_large_for_a_float_is_infinite_and_no_warning():

@@ -2,13 +2,16 @@
 
 import itertools
 import math
+from dataclasses import FrozenInstanceError
 
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from rigid_body_sim import Body, Drag, Simulation, SimulationError, State, Tether, Wrench
+from rigid_body_sim.integrators import REGISTRY
 from rigid_body_sim.physics import rotation
+from rigid_body_sim.physics.terms import Terms
 from rigid_body_sim.scene import plan
 
 pytestmark = pytest.mark.no_numba
@@ -241,6 +244,23 @@ def test_change_that_is_refused_changes_nothing(integrator, terms, sentence):
         sim.change(**terms)
     assert (sim.save(), sim.describe()) == (before, line)
     sim.step()
+
+
+@pytest.mark.parametrize("rtol", [2.0, 1e-14, 0.0, -0.5, math.nan])
+def test_tolerance_that_is_none_is_refused(rtol):
+    with pytest.raises(ValueError, match=f"rtol {rtol:g} is not between 1e-13 and 1; try 1e-9"):
+        Simulation(BODIES["sphere"], rtol=rtol)
+
+
+def test_terms_cannot_be_changed_behind_the_plan():
+    with pytest.raises(FrozenInstanceError):
+        Terms(BODIES["sphere"]).rtol = 0.5
+
+
+def test_integrator_that_leaves_forces_at_points_out_is_refused_with_those_that_do_not():
+    able = ", ".join(["auto", *(name for name in REGISTRY if name != "exact")])
+    with pytest.raises(ValueError, match=f"^integrator 'exact' leaves out forces at points; choose one of {able}$"):
+        Simulation(BODIES["sphere"], integrator="exact", forces=[((0.0, 0.0, 1.0), (1.0, 0.0, 0.0))])
 
 
 def test_change_of_something_else_is_refused():

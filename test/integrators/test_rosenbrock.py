@@ -4,9 +4,11 @@ import math
 
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose
 from scipy.integrate import solve_ivp
 
 from rigid_body_sim import Body, Drag, Simulation, SimulationError, State, Tether, Wrench
+from rigid_body_sim.physics import rotation
 
 BALL = Body(2.0, (0.1, 0.1, 0.1))
 G = (0.0, 0.0, -9.80665)
@@ -166,3 +168,22 @@ def test_stiff_tether_far_from_the_origin_comes_to_rest():
     sim.step(20)
     assert sim.state.position[2] == pytest.approx(498.8, rel=0, abs=1e-9)
     assert abs(sim.state.velocity[2]) < 1e-6
+
+
+@pytest.mark.no_numba
+def test_ringing_tether_is_followed_alike_whichever_way_the_world_is_turned():
+    """How fast it rings beside the centre of mass decides the first sub-step, and so all that follow.
+
+    Turned so that x becomes y, y becomes z and z becomes x: errors are weighed component by component.
+    """
+    turn, ends = (0.5, 0.5, 0.5, 0.5), []
+    orientation, point = rotation.normalize((0.4, 0.2, -0.8, 0.4)), (0.3, -0.2, 0.1)
+    position = np.array((0.6, 0.0, -0.8)) - rotation.rotate(orientation, point)  # the tether is just taut
+    tether = Tether(point, rest_length=1.0, stiffness=2.0 * (20.0 * RATE) ** 2, slack=False)
+    for q in ((1.0, 0.0, 0.0, 0.0), turn):
+        placed = rotation.rotate(q, position), rotation.multiply(q, orientation), rotation.rotate(q, (0.3, 0.1, -1.0))
+        body, state = Body(2.0, (0.1, 0.2, 0.25)), State(*placed, (0.5, -0.3, 0.2))
+        sim = Simulation(body, state, rate=RATE, integrator="rosenbrock", rtol=1e-4, tethers=[tether])
+        sim.step()
+        ends.append((*rotation.rotate_back(q, sim.state.velocity), *sim.state.angular_velocity))
+    assert_allclose(ends[1], ends[0], rtol=0, atol=1e-11)  # measured 3.2e-13
