@@ -35,12 +35,12 @@ mutation: $(READY) ## change the physics in small ways and list the changes that
 	$(VENV)/bin/python -m pip install --quiet --disable-pip-version-check cosmic-ray
 	$(VENV)/bin/python .ci/mutation --sample $(SAMPLE)
 
-fuzz: $(READY) ## try a million hostile inputs, about 15 minutes on 2 cores
+fuzz: $(READY) ## try a million hostile inputs, about half an hour on 2 cores
 	$(VENV)/bin/python -m pytest -n 2 test/fuzz --hypothesis-profile=nightly --timeout=7200
 	$(VENV)/bin/python -m pip install --quiet --disable-pip-version-check --only-binary :all: atheris
 	$(VENV)/bin/python test/fuzz/guided.py
 
-nightly: fuzz ## make fuzz, long faults and long runs, about an hour
+nightly: fuzz ## make fuzz, long faults and long runs, more than an hour
 	$(VENV)/bin/python -m pytest -m nightly -s --timeout=7200
 
 bench: $(READY) ## measure what a step costs
