@@ -43,7 +43,7 @@ def resolve(values: Mapping[str, Any], given: Mapping[str, Any], folder: str | o
         properties = _READERS[source](values, folder)
         properties.body()
     except (OSError, ValueError) as reason:
-        raise ValueError(f"parameter {source} = {_shown(values[source])}: {reason}") from None
+        raise ValueError(f"parameter {source} = {_shown(values[source])}: {_told(reason)}") from None
     followed = _followed(source, values, properties)
     _refuse_contradictions(source, values, given, followed)
     return followed
@@ -94,6 +94,13 @@ def _amount(values: Mapping[str, Any]) -> tuple[float | None, float | None]:
     """Mass [kg] and density [kg/m³], one of them None."""
     density = values["body.density"]
     return (None, density) if density else (values["body.mass"], None)
+
+
+def _told(reason: Exception) -> str:
+    """What it says, with as much of a path as messages show of any text."""
+    if isinstance(reason, OSError) and reason.filename is not None:
+        return f"{reason.strerror}: {schema.shown(os.fspath(reason.filename))}"
+    return str(reason)
 
 
 def _shown(value: Any) -> str:

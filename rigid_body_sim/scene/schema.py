@@ -16,6 +16,7 @@ from ..physics.shapes import SHAPES
 NAMES = tuple[str, ...]
 TYPES = {bool: "bool", int: "integer", float: "double", str: "string", tuple: "double array", NAMES: "string array"}
 MOST_SHOWN = 200  # characters of a value in a message
+MOST_TOLD = 1500  # characters of a message that others made, YAML for one
 OUTPUTS = ("odom", "accel", "imu", "wrench_applied", "marker", "tf", "clock")
 
 
@@ -449,11 +450,11 @@ def shown_name(name: str) -> str:
 
 
 def one_line(reason: Exception) -> str:
-    """What an exception says, on one line, with escapes for what cannot be printed."""
+    """What an exception says, on one line, with escapes for what cannot be printed: all of it, or how it begins."""
     text = " ".join(str(reason).split())
-    if text.isprintable():
-        return text
-    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
+    if not text.isprintable():
+        text = "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
+    return text if len(text) <= MOST_TOLD else f"{text[:MOST_TOLD]}... ({len(text)} characters)"
 
 
 def _is_array(value: Any) -> bool:

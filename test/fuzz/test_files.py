@@ -193,6 +193,7 @@ BOMBS = {  # a file, and what is said of it
     "an integer without digits": (HEAD + "    rate: !!int ''", "cannot be read as a number"),
     "a truth value that is none": (HEAD + "    lockstep: !!bool maybe", "'maybe' is no truth value"),
     "a character that cannot be printed": (HEAD + "    rate: 1.0\n\u0382'\n", r"column 1: \\u0382' "),
+    "a tag of 900 000 letters": (HEAD + f"    rate: !!{'t' * 900_000} 1", r"t\.\.\. \(900... characters\)"),
     "a time that is none": (HEAD + "    rate: !!timestamp soon", "could not determine a constructor"),
     "a set for an array": (HEAD + "    gravity: !!set {1.0, 2.0, 3.0}", "could not determine a constructor"),
     "bytes for an array": (HEAD + "    gravity: !!binary AAAA", "could not determine a constructor"),
