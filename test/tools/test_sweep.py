@@ -272,12 +272,14 @@ def test_ctrl_c_that_another_thread_takes_waits_until_all_have_started():
     other = threading.Thread(target=done.wait)
     other.start()
     before = signal.set_wakeup_fd(take)  # written to by whichever thread takes a signal
+    handler = signal.signal(signal.SIGINT, signal.default_int_handler)  # workers of pytest-xdist ignore it
     try:
         with pytest.raises(KeyboardInterrupt), sweep._signals_put_off():
             os.kill(os.getpid(), signal.SIGINT)
             wait(lambda: select.select([taken], [], [], 0.0)[0], "the other thread")
             begun.append("all")
     finally:
+        signal.signal(signal.SIGINT, handler)
         signal.set_wakeup_fd(before)
         done.set()
         other.join()
