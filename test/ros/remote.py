@@ -71,6 +71,7 @@ class Remote:
             self.wait(lambda p=publisher: p.get_subscription_count() > 0, f"the subscription to {topic}")
         self._repeat(self._answers, "an answer")
         self._repeat(self._publishes, "pose and twist")
+        self._pair_up()
         return self
 
     def _repeat(self, attempt, what):
