@@ -21,7 +21,7 @@ from ..physics.state import BodyState, State
 from ..physics.wrench import Wrench
 from ..scene.loader import Scene
 from ..simulation import NANOSECONDS, Simulation, SimulationError
-from .library import BagError
+from .rosbags_support import BagError
 
 TOPIC = "~/journal"  # of the node, so /ns/rigid_body_node/journal in the bag
 TYPE = "std_msgs/msg/String"

@@ -16,8 +16,8 @@ from ..simulation import Simulation
 from . import journal as journals
 from . import timing, topics
 from .comparison import angles
-from .library import BagError
 from .reading import Messages, Recording
+from .rosbags_support import BagError
 
 NANOSECONDS = 1_000_000_000
 ROUNDED_NS = 2.0  # by which the time from one stamp to another may differ from whole steps

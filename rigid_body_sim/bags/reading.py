@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from ..physics.arrays import Floats, Integers
 from ..scene.schema import shown_name
 from . import cdr, records
-from .library import BagError, require, typestore
+from .rosbags_support import BagError, require, typestore
 
 WRENCHES = ("geometry_msgs/msg/WrenchStamped", "geometry_msgs/msg/Wrench")
 POSE = "geometry_msgs/msg/PoseStamped"

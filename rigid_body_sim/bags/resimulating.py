@@ -16,8 +16,8 @@ from ..scene import commands
 from ..scene.loader import Scene
 from ..simulation import Simulation
 from . import journal, timing
-from .library import BagError
 from .problem import Commands, Problem
+from .rosbags_support import BagError
 
 _AT_ONCE = 4096  # commands or messages between two reports of progress
 

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..physics.arrays import Integers
-from .library import BagError
 from .reading import Messages
+from .rosbags_support import BagError
 
 NANOSECONDS = 1_000_000_000
 MOST_LATE_NS = NANOSECONDS  # what is further behind is no message that took longer, but time that was set back

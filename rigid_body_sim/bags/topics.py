@@ -3,8 +3,8 @@
 from collections.abc import Collection, Mapping, Sequence
 
 from ..scene.loader import Scene
-from .library import BagError
 from .reading import Messages, Recording
+from .rosbags_support import BagError
 
 NOT_COMMANDS = ("impulse", "wrench_applied")  # of type WrenchStamped, too
 MOST_LISTED = 12

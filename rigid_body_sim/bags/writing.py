@@ -10,7 +10,7 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
-from .library import BagError, require, typestore
+from .rosbags_support import BagError, require, typestore
 
 Message = tuple[int, int, bytes]  # place of its topic among the topics, time [ns], serialised message (CDR)
 

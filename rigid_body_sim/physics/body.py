@@ -65,8 +65,6 @@ class Body:
             and np.array_equal(self.center_of_mass, other.center_of_mass)
         )
 
-    __hash__ = None  # type: ignore[assignment]  # Python's own way to say: not hashable
-
     def __repr__(self) -> str:
         return (
             f"Body(mass={self.mass!r}, inertia={tuple(self.inertia_entries.tolist())}, "

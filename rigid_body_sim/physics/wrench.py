@@ -107,8 +107,6 @@ class Wrench:
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Wrench) and self.values == other.values and self.points == other.points
 
-    __hash__ = None  # type: ignore[assignment]  # Python's own way to say: not hashable
-
     def __repr__(self) -> str:
         f, t, g, u = (self.values[i : i + 3] for i in (0, 3, 6, 9))
         points = f", points={self.points}" if self.points else ""

@@ -2,6 +2,7 @@
 
 import argparse
 import contextlib
+import importlib
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
@@ -76,9 +77,8 @@ def _names(choices: Sequence[str]) -> Callable[[str], tuple[str, ...]]:
 
 
 def _make(options: argparse.Namespace, given: Sequence[str]) -> None:
-    import matplotlib  # noqa: F401  before minutes of measuring, not after
-    import tqdm  # noqa: F401
-
+    for needed in ("matplotlib", "tqdm"):  # missing is told before minutes of measuring, not after
+        importlib.import_module(needed)
     settings = Settings(
         options.quick,
         options.seed,

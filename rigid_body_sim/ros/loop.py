@@ -112,11 +112,12 @@ class Loop:
             if not self._try_steps(chunk):
                 break
             due -= chunk
-            if heard and simulation.steps % every == 0:
+            if published := heard and simulation.steps % every == 0:
                 self.publish()
-                if paced:
-                    self.pacer.published(due, time.monotonic_ns())
-            if time.monotonic_ns() >= end_ns:
+            now_ns = time.monotonic_ns()
+            if published and paced:
+                self.pacer.published(due, now_ns)
+            if now_ns >= end_ns:
                 break
             burst = min(2 * burst, LARGEST_BURST)
         return due

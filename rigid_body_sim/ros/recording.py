@@ -9,8 +9,8 @@ from typing import Any, Protocol
 from rclpy.node import Node
 
 from ..bags import journal
-from ..bags.library import BagError
 from ..bags.recorder import Recorder
+from ..bags.rosbags_support import BagError
 from ..bags.writing import Topic
 from ..scene.loader import Scene
 from ..simulation import Simulation

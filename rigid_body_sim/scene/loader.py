@@ -139,12 +139,15 @@ class Scene:
         names = schema.members("frames", self.values)
         taken = [self["world_frame_id"], self["body.frame_id"], *names]
         for name, count in Counter(taken).items():
-            shown, bare = schema.shown(name), schema.shown(name.lstrip("/"))
             if name.startswith("/"):
-                raise ValueError(f"frame name {shown} begins with '/', as no name in ROS 2 does; give {bare}")
+                bare = schema.shown(name.lstrip("/"))
+                raise ValueError(
+                    f"frame name {schema.shown(name)} begins with '/', as no name in ROS 2 does; give {bare}"
+                )
             if count > 1:
                 raise ValueError(
-                    f"frame name {shown} is used twice; world_frame_id, body.frame_id and frames.* must all differ"
+                    f"frame name {schema.shown(name)} is used twice; "
+                    "world_frame_id, body.frame_id and frames.* must all differ"
                 )
         return {name: self._frame(name) for name in names}
 

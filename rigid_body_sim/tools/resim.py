@@ -13,10 +13,10 @@ from typing import NoReturn
 from ..bags import problem as problems
 from ..bags import resimulating, timing
 from ..bags.comparison import Comparison, Tolerance
-from ..bags.library import HOW_TO_INSTALL, BagError
 from ..bags.problem import Choices, Problem
 from ..bags.reading import Recording, read
 from ..bags.resimulating import Progress, Track
+from ..bags.rosbags_support import HOW_TO_INSTALL, BagError
 from ..scene.loader import Scene, load_scene
 from ..scene.schema import one_line
 from ..simulation import SimulationError

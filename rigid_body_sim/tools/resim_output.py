@@ -7,10 +7,10 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from ..bags import cdr
-from ..bags.library import BagError
 from ..bags.problem import Problem
 from ..bags.reading import POSE, TWIST
 from ..bags.resimulating import Track
+from ..bags.rosbags_support import BagError
 from ..bags.writing import BagWriter, Message, Topic
 from ..scene.loader import Scene
 

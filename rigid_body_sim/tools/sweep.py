@@ -27,8 +27,8 @@ import numpy as np
 from .. import __version__, integrators
 from ..bags import resimulating
 from ..bags.comparison import Comparison
-from ..bags.library import BagError
 from ..bags.problem import Problem
+from ..bags.rosbags_support import BagError
 from ..physics import compiled
 from ..scene import schema
 from ..scene.loader import Scene

@@ -7,7 +7,7 @@ import pytest
 
 from rigid_body_sim import Body, Drag, Scene, Simulation, SimulationError, State, Tether, Wrench
 from rigid_body_sim.bags import journal
-from rigid_body_sim.bags.library import BagError
+from rigid_body_sim.bags.rosbags_support import BagError
 
 BODY = {"body.mass": 2.0, "body.inertia": [0.1, 0.2, 0.25, 0.01, 0.0, -0.02], "body.center_of_mass": [0.1, 0.0, 0.3]}
 SPIN = {"initial.angular_velocity": [0.3, 1.0, 0.2], "initial.orientation": [0.4, 0.2, -0.8, 0.4]}

@@ -7,8 +7,8 @@ from numpy.testing import assert_array_equal
 pytest.importorskip("rosbags")
 
 from rigid_body_sim.bags import cdr
-from rigid_body_sim.bags.library import BagError
 from rigid_body_sim.bags.reading import read
+from rigid_body_sim.bags.rosbags_support import BagError
 
 from . import making
 

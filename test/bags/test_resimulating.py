@@ -12,9 +12,9 @@ from rigid_body_sim import Body, Scene, State, Wrench
 from rigid_body_sim.bags import problem as problems
 from rigid_body_sim.bags import resimulating, timing
 from rigid_body_sim.bags.comparison import Comparison
-from rigid_body_sim.bags.library import BagError
 from rigid_body_sim.bags.problem import BAG, SCENE, Choices
 from rigid_body_sim.bags.reading import read
+from rigid_body_sim.bags.rosbags_support import BagError
 
 from . import making, runs
 

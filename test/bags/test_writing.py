@@ -8,8 +8,8 @@ import sys
 import pytest
 import yaml
 
-from rigid_body_sim.bags.library import BagError
 from rigid_body_sim.bags.reading import read
+from rigid_body_sim.bags.rosbags_support import BagError
 from rigid_body_sim.bags.writing import CHUNK_BYTES, BagWriter, Topic, serialised_text
 
 pytest.importorskip("rosbags")
@@ -224,9 +224,9 @@ def test_unknown_type(tmp_path):
 
 
 def test_without_rosbags(tmp_path, monkeypatch):
-    from rigid_body_sim.bags import library
+    from rigid_body_sim.bags import rosbags_support
 
-    library.typestore.cache_clear()
+    rosbags_support.typestore.cache_clear()
     monkeypatch.setitem(sys.modules, "rosbags.rosbag2", None)
     with pytest.raises(BagError, match=r"pip install '\.\[bag,fast\]'"):
         BagWriter(tmp_path / "bag", TOPICS)

@@ -4,6 +4,7 @@ atheris watches the readers of this package and the YAML parser, and begins with
 is checked is what those check. Exit status 1 when something fails, which atheris then writes into a file and names.
 """
 
+import importlib
 import multiprocessing
 import os
 import random
@@ -87,8 +88,8 @@ def explore(target, runs, folder):
     """Never returns: libFuzzer ends the process, with status 0 when nothing was found."""
     sys.path[:0] = [str(TESTS), str(ROOT)]
     import atheris
-    import conftest  # noqa: F401 (the settings of hypothesis)
 
+    importlib.import_module("conftest")  # the settings of hypothesis
     sources = (file for name in COMPILED for file in (ROOT / "rigid_body_sim" / name).glob("*.py"))
     left_out = ["rigid_body_sim." + f"{file.parent.name}.{file.stem}".removesuffix(".__init__") for file in sources]
     with redirect_stderr(StringIO()), atheris.instrument_imports(include=WATCHED, exclude=left_out):

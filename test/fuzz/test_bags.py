@@ -8,8 +8,8 @@ import pytest
 pytest.importorskip("rosbags")
 
 from rigid_body_sim.bags import journal
-from rigid_body_sim.bags.library import BagError
 from rigid_body_sim.bags.reading import read
+from rigid_body_sim.bags.rosbags_support import BagError
 
 from ..bags import making
 from .fuzzing import damaged, fuzz, sentence

@@ -44,3 +44,11 @@ def test_rate_of_the_rotation_vector_is_its_closed_form(angle):
     expected = w - 0.5 * once + factor * np.cross(theta, once)
     found = substep.inverse_dexp(*theta.tolist(), *w.tolist())
     assert_allclose(found, expected, rtol=0, atol=1e-15)  # measured 5.6e-17
+
+
+@pytest.mark.no_numba
+@pytest.mark.parametrize(("tried", "hopeless"), [(100, False), (101, True), (1000, True)])
+def test_step_is_hopeless_when_its_pace_asks_for_more_substeps_than_there_may_be(tried, hopeless):
+    """A tenth of the most, 1000, tell the pace; here a sub-step is 0.99 or 1.01 thousandths of the step."""
+    assert substep.is_hopeless(0.99e-3 * tried, 1.0, tried, 1000) is hopeless
+    assert not substep.is_hopeless(1.01e-3 * tried, 1.0, tried, 1000)

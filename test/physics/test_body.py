@@ -1,6 +1,7 @@
 """A body and the rules that it must obey."""
 
 import math
+from collections.abc import Hashable
 
 import numpy as np
 import pytest
@@ -65,6 +66,7 @@ def test_bodies_are_equal_when_mass_inertia_and_center_of_mass_are():
     assert Body(1.0, SPHERE) != Body(1.0, (0.1, 0.1, 0.11))
     assert Body(1.0, SPHERE) != Body(1.0, SPHERE, (0.0, 0.0, 0.1))
     assert Body(1.0, SPHERE) != "a body"
+    assert not isinstance(Body(1.0, SPHERE), Hashable)
 
 
 def test_body_shown_can_be_typed_in_again():

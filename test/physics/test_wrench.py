@@ -1,6 +1,7 @@
 """Held wrenches and the rules for their numbers."""
 
 import math
+from collections.abc import Hashable
 from decimal import Decimal
 
 import numpy as np
@@ -75,6 +76,7 @@ def test_wrenches_are_equal_when_all_their_parts_are():
     assert Wrench(force_body=(1, 0, 0)) != Wrench(force_world=(1, 0, 0))
     assert Wrench(force_world=(1, 0, 0)) != Wrench(force_body=(1, 0, 0))
     assert Wrench(points=[((0, 0, 0), (1, 0, 0))]) != Wrench()
+    assert not isinstance(Wrench(), Hashable)
 
 
 def test_wrench_shown_can_be_typed_in_again():

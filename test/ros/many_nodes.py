@@ -3,6 +3,7 @@
 As a program it reads a JSON list of [folder, arguments] and leaves stdout, stderr and status of each in its folder.
 """
 
+import importlib
 import json
 import os
 import subprocess
@@ -34,8 +35,9 @@ def _result(folder):
 def main():
     """Fork a node for each of what stdin asks for, one after the other."""
     from rigid_body_sim.ros import main as node_main
-    from rigid_body_sim.ros import node  # noqa: F401  imported here for all
     from rigid_body_sim.simulation import load_kernels
+
+    importlib.import_module("rigid_body_sim.ros.node")  # here for all
 
     load_kernels()
     for folder, arguments in json.load(sys.stdin):

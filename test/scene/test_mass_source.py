@@ -172,6 +172,14 @@ def test_bad_mesh_file_is_refused(folder, file, message):
 
 
 @needs_trimesh
+@pytest.mark.parametrize("source", ["body.mesh_file", "body.urdf_file"])
+def test_path_too_long_is_shown_as_it_begins(source):
+    """A file that cannot be opened is named twice, by us and by the system; neither in full."""
+    with pytest.raises(ValueError, match=r"name too long: .*\.\.\. \(\d+ characters\)") as told:
+        Scene({source: f"/{'a' * 3000}.stl"})
+    assert len(str(told.value)) < 500  # measured 491
+
+
 def test_mesh_contradicted_by_a_centre_of_mass_is_refused(folder):
     with pytest.raises(ValueError, match=r"body\.center_of_mass = .* contradicts body\.mesh_file"):
         Scene({"body.mesh_file": "box.stl", "body.center_of_mass": (0, 0, 0)}, folder)

@@ -1,6 +1,7 @@
 """The library rosbags, where it is installed, and what is said when a bag cannot be made or read."""
 
 import functools
+import importlib
 from typing import Any
 
 HOW_TO_INSTALL = "pip install '.[bag,fast]' in the folder of rigid_body_sim"
@@ -13,7 +14,7 @@ class BagError(Exception):
 def require() -> None:
     """Raise BagError unless rosbags can be imported."""
     try:
-        import rosbags.rosbag2  # noqa: F401
+        importlib.import_module("rosbags.rosbag2")
     except ImportError as reason:
         raise BagError(
             f"bags need the library rosbags, which cannot be imported ({reason}); {HOW_TO_INSTALL}"
