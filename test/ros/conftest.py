@@ -39,21 +39,22 @@ def run_node(tmp_path_factory):
 
     yield run
     for process in started:
-        process.kill()
+        process.end()
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture
 def connect(context, run_node):
     """Start a node in a namespace of its own and talk to it: ``connect(parameters, environment={})``.
 
-    At the end of the module each is stopped by SIGINT, which must leave no traceback and exit status 0.
+    At the end of the test each is stopped by SIGINT, which must leave no traceback and exit status 0. So no test has
+    to share the machine with the nodes of others.
     """
     yield from _connections(context, run_node)
 
 
-@pytest.fixture
-def connect_once(context, run_node):
-    """The same for one test, at whose end the nodes are stopped."""
+@pytest.fixture(scope="module")
+def connect_shared(context, run_node):
+    """The same, for nodes that the tests of a module share; they are stopped at its end."""
     yield from _connections(context, run_node)
 
 

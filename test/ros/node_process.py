@@ -89,18 +89,22 @@ class NodeProcess:
         assert status == 0, f"exit status {status}: {self.stderr}"
 
     def kill(self):
-        """Last resort, after SIGTERM. A killed process leaves its shared memory behind, which is removed here."""
+        """SIGKILL. A killed process leaves its shared memory behind, which is removed here."""
+        files = shared_memory(self.popen.pid)
+        self.popen.kill()
+        self.popen.wait()
+        for file in files - set().union(*map(shared_memory, all_processes())):
+            for name in (file.name, f"{file.name}_el", f"sem.{file.name}_mutex"):
+                file.with_name(name).unlink(missing_ok=True)
+
+    def end(self):
+        """Last resort, for what should have ended long ago: SIGTERM, and then SIGKILL."""
         if self.popen.poll() is None:
             self.popen.terminate()
             try:
                 self.popen.wait(2.0)
             except subprocess.TimeoutExpired:
-                files = shared_memory(self.popen.pid)
-                self.popen.kill()
-                self.popen.wait()
-                for file in files - set().union(*map(shared_memory, all_processes())):
-                    for name in (file.name, f"{file.name}_el", f"sem.{file.name}_mutex"):
-                        file.with_name(name).unlink(missing_ok=True)
+                self.kill()
 
 
 def shared_memory(pid):

@@ -141,9 +141,19 @@ class Remote:
         """Serve what has arrived already: ten idle turns in a row mean that there is no more."""
         idle = 0
         while idle < 10:
-            before = len(self.poses), len(self.twists)
-            self.turn(0.0)
-            idle = idle + 1 if before == (len(self.poses), len(self.twists)) else 0
+            idle = 0 if self._hears(0.0) else idle + 1
+
+    def settle(self, seconds=0.05):
+        """Of a node that stands still: serve until no pose or twist has come for so long."""
+        quiet_since = time.monotonic()
+        while time.monotonic() - quiet_since < seconds:
+            if self._hears(0.01):
+                quiet_since = time.monotonic()
+
+    def _hears(self, seconds):
+        before = len(self.poses), len(self.twists)
+        self.turn(seconds)
+        return before != (len(self.poses), len(self.twists))
 
     # Commands ---------------------------------------------------------------------------------------------------------
 

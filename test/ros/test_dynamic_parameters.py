@@ -41,8 +41,8 @@ DYNAMIC = [p.name for p in schema.TABLE if p.dynamic]
 
 
 @pytest.fixture(scope="module")
-def nodes(connect):
-    started = {name: connect(scene) for name, scene in SCENES.items()}
+def nodes(connect_shared):
+    started = {name: connect_shared(scene) for name, scene in SCENES.items()}
     return {name: node.ready() for name, node in started.items()}
 
 
@@ -132,7 +132,7 @@ def test_drag_comes_and_goes(node):
     node.send("world", force=(MASS * 4.0, 0.0, 0.0), topic="impulse")
     node.wait_report(lambda _, values: values["momentum [kg m/s]"] == "[8.0, 0.0, 0.0]", "the blow")
     node.wait(lambda: len(node.twists) == 2, "the blow's velocity, shown while paused")
-    node.drain()
+    node.settle()
     node.clear()
     for linear in (3.0, 0.0):
         assert node.set_parameter("drag.linear", [linear] * 3).successful

@@ -36,9 +36,9 @@ nightly = pytest.mark.nightly
 
 
 @pytest.fixture(scope="module")
-def plain(connect):
+def plain(connect_shared):
     """One node for all faults that leave it as it was."""
-    return connect(SCENE).ready()
+    return connect_shared(SCENE).ready()
 
 
 @pytest.fixture
@@ -291,10 +291,10 @@ def shifted_clock(tmp_path):
     return {"LD_PRELOAD": str(library), "CLOCK_OFFSET_FILE": str(file)}, shift
 
 
-def test_system_clock_set_back_and_forth_by_an_hour(connect_once, shifted_clock):
+def test_system_clock_set_back_and_forth_by_an_hour(connect, shifted_clock):
     """Nothing happens to the simulation: steps, stamps, commands and services go on. Reports carry the new time."""
     environment, shift = shifted_clock
-    remote = connect_once(SCENE, environment=environment).ready()
+    remote = connect(SCENE, environment=environment).ready()
     accounts = Accounts(remote)
     remote.clear()
     for hours in (1, -1):
@@ -323,8 +323,8 @@ def in_small_memory(size, fill="0"):
     return ["unshare", "-m", "sh", "-c", FULL.format(size=size, fill=fill), "sh"]
 
 
-def test_little_shared_memory_costs_a_node_nothing_but_that(connect_once):
-    remote = connect_once(SCENE, prefix=in_small_memory("256k")).ready()
+def test_little_shared_memory_costs_a_node_nothing_but_that(connect):
+    remote = connect(SCENE, prefix=in_small_memory("256k")).ready()
     assert "/dev/shm has " in remote.process.stderr and "messages go by UDP" in remote.process.stderr
     remote.clear()
     remote.collect(50)
@@ -353,9 +353,9 @@ def test_log_directory_that_cannot_be_written_is_told_in_one_sentence(run_node, 
 # The end --------------------------------------------------------------------------------------------------------------
 
 
-def test_services_called_during_shutdown(connect_once):
+def test_services_called_during_shutdown(connect):
     """Whoever asks while it ends gets an answer or none; it ends all the same."""
-    remote = connect_once({**SCENE, "start_paused": True}).ready()
+    remote = connect({**SCENE, "start_paused": True}).ready()
     process, client = remote.process, remote._clients["step"]
     for _ in range(200):
         client.call_async(client.srv_type.Request())

@@ -40,8 +40,11 @@ SCENE = {
 
 
 @pytest.fixture(scope="module")
-def nodes(connect):
-    started = {"body": connect(SCENE), "world": connect({**SCENE, "twist_frame": "world", "wrench.frame": "world"})}
+def nodes(connect_shared):
+    started = {
+        "body": connect_shared(SCENE),
+        "world": connect_shared({**SCENE, "twist_frame": "world", "wrench.frame": "world"}),
+    }
     return {name: remote.ready() for name, remote in started.items()}
 
 

@@ -34,8 +34,8 @@ CASES = {  # frame, and axes and point of the force: where from the centre of ma
 
 
 @pytest.fixture(scope="module")
-def node(connect):
-    return connect(SCENE).ready()
+def node(connect_shared):
+    return connect_shared(SCENE).ready()
 
 
 @pytest.mark.parametrize(("frame_id", "blow"), CASES.items(), ids=CASES)

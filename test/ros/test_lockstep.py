@@ -46,14 +46,14 @@ def digest(rows):
 
 
 @pytest.fixture(scope="module")
-def nodes(connect):
-    return [remote.ready() for remote in (connect(SCENE), connect(SCENE))]
+def nodes(connect_shared):
+    return [remote.ready() for remote in (connect_shared(SCENE), connect_shared(SCENE))]
 
 
 def closed_loop(remote, rounds=ROUNDS):
     """Stamps, and positions, quaternions and twists, of a controller in the loop from the initial state on."""
     remote.call("reset")
-    remote.drain()
+    remote.settle()
     remote.poses.clear()
     remote.twists.clear()
     force, torque = command(SCENE["initial.orientation"], SCENE["initial.angular_velocity"])
@@ -62,7 +62,7 @@ def closed_loop(remote, rounds=ROUNDS):
         track = remote.collect(answered)
         assert len(track.stamp_ns) == answered
         force, torque = command(track.orientation[-1].tolist(), track.angular[-1].tolist())
-    remote.drain()
+    remote.settle()
     assert len(remote.poses) == rounds, "more poses than commands"
     return track.stamp_ns, np.hstack((track.position, track.orientation, track.linear, track.angular))
 

@@ -13,8 +13,8 @@ HELD = 60  # steps in TIMEOUT
 
 
 @pytest.fixture(scope="module")
-def node(connect):
-    return connect(
+def node(connect_shared):
+    return connect_shared(
         {
             "rate": RATE,
             "publish_rate": 100,

@@ -98,7 +98,7 @@ class Watched:
         remote.call("reset")
         remote.send(frame_id, force=force, torque=torque)
         remote.wait_report(lambda _, values: values["wrench held"] == "yes", "the wrench")
-        remote.drain()
+        remote.settle()
         remote.clear()
         remote.pause(False)
         remote.wait(lambda: min(len(remote.poses), len(remote.twists)) >= count, f"{count} messages")
@@ -116,8 +116,8 @@ class Watched:
 
 
 @pytest.fixture(scope="module")
-def nodes(connect):
-    return {axes: Watched(connect({**SCENE, "twist_frame": axes})) for axes in ("body", "world")}
+def nodes(connect_shared):
+    return {axes: Watched(connect_shared({**SCENE, "twist_frame": axes})) for axes in ("body", "world")}
 
 
 @pytest.fixture(scope="module")
@@ -200,7 +200,7 @@ def test_wrench_applied_is_what_was_sent_about_the_origin(nodes):
 def test_wrench_applied_is_zero_when_nothing_is_held(nodes):
     watched = nodes["body"]
     watched.remote.call("clear_wrench")
-    watched.remote.drain()
+    watched.remote.settle()
     watched.remote.clear()
     watched.remote.call("step")
     track = watched.remote.collect(1)

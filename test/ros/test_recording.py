@@ -110,7 +110,7 @@ def position_x(data):
 def test_run_in_lockstep_repeats_to_the_bit(connect, folder):
     scene = {**SCENE, "lockstep": True, "steps_per_command": 3, "drag.angular_linear": [0.01, 0.02, 0.03]}
     remote = connect({**scene, "record.path": str(folder)}).ready()
-    remote.drain()
+    remote.settle()
     remote.clear()
     sent = everything(remote)
     led = sum(1 for i in range(len(sent)) if i % 5 != 4)
@@ -220,8 +220,7 @@ def test_killed_node_leaves_what_was_written(run_node, folder):
     process = run_node({"publish_rate": 0.0, "record.path": str(folder)})
     process.wait_ready()
     wait_recorded(process, folder)
-    process.popen.kill()
-    process.popen.wait()
+    process.kill()
     assert not (folder / "metadata.yaml").exists()
     recorded = bag.read_unfinished(folder)
     assert recorded.assert_repeats() > 2000

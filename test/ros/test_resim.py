@@ -61,8 +61,7 @@ def test_node_that_was_killed(connect, tmp_path, capsys):
     recorded = tmp_path / "bag" / "bag.mcap"
     size = recorded.stat().st_size
     remote.wait(lambda: recorded.stat().st_size > size, "another chunk")  # what was sent is in it, or before it
-    remote.process.popen.kill()
-    remote.process.popen.wait()
+    remote.process.kill()
     assert resim.main([str(tmp_path / "bag")]) == resim.FAILED
     assert "--recover takes what is whole in it" in capsys.readouterr().err
     assert resim.main([str(tmp_path / "bag"), "--recover"]) == resim.SAME
@@ -74,7 +73,7 @@ def test_lockstep_without_a_journal(connect, tmp_path, capsys):
     """From what any recorder has: commands, poses and twists in the order of coming."""
     scene = {**SCENE, "lockstep": True, "steps_per_command": 7}
     remote = connect({**scene, "record.path": str(tmp_path / "own")}).ready()
-    remote.drain()
+    remote.settle()
     send_some(remote, 60)
     remote.process.assert_stopped_cleanly()
     making.make(tmp_path / "bag", without_journal(tmp_path / "own"), "sqlite3")

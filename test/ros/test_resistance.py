@@ -27,8 +27,8 @@ SCENE = {
 
 
 @pytest.fixture(scope="module")
-def node(connect):
-    return connect(SCENE).ready()
+def node(connect_shared):
+    return connect_shared(SCENE).ready()
 
 
 def test_they_are_parameters(node):

@@ -21,8 +21,11 @@ TOO_MUCH = 1e9  # N m on 0.1 kg m²: 10⁵ rad and more in one step
 
 
 @pytest.fixture(scope="module")
-def nodes(connect):
-    started = {"running": connect(SCENE), "paused": connect({**SCENE, "start_paused": True, "reset_time": True})}
+def nodes(connect_shared):
+    started = {
+        "running": connect_shared(SCENE),
+        "paused": connect_shared({**SCENE, "start_paused": True, "reset_time": True}),
+    }
     return {name: remote.ready() for name, remote in started.items()}
 
 
@@ -51,7 +54,7 @@ def test_pause_is_idempotent_and_says_what_it_did(running):
 def test_pause_stops_stamps_and_resumes_with_the_next(running):
     running.collect(20)
     assert running.pause(True).success
-    running.drain()
+    running.settle()
     count = len(running.poses)
     status, _ = running.wait_report(lambda _, values: values["mode"] == "paused", "mode paused")
     assert status.message == "paused"
@@ -113,7 +116,7 @@ def test_steps_follow_the_wrench(paused):
     paused.send("world", force=(2.0, 0.0, 0.0))
     while not paused.twists[-1].twist.linear.x:
         paused.call("step")
-        paused.drain()
+        paused.settle()
     for _ in range(9):
         paused.call("step")
     track = paused.collect_motion(11)
@@ -126,12 +129,11 @@ def test_reset_time_sets_stamps_back(paused):
     start = stamp_ns(paused.poses[-1])
     for _ in range(3):
         paused.call("step")
-    paused.drain()
-    assert stamp_ns(paused.poses[-1]) == start + 3 * PERIOD
+    paused.wait(lambda: stamp_ns(paused.poses[-1]) == start + 3 * PERIOD, "the third step")
+    paused.settle()
     answer = paused.call("reset")
     assert answer.success and answer.message == "initial state, no wrench, simulated time from zero"
-    paused.drain()
-    assert stamp_ns(paused.poses[-1]) == stamp_ns(paused.twists[-1]) == start
+    paused.wait(lambda: stamp_ns(paused.poses[-1]) == stamp_ns(paused.twists[-1]) == start, "a pose from zero")
 
 
 # Parameters while running -------------------------------------------------------------------------------------------
@@ -228,7 +230,7 @@ def test_step_that_cannot_be_done_stops_a_running_node_until_reset(running):
     assert values["mode"] == "stopped"
     assert "cannot be done" in status.message and "last good state is kept" in status.message
     assert status.message in running.process.stderr and "~/reset starts afresh" in running.process.stderr
-    running.drain()
+    running.settle()
     track = running.track()
     assert all(np.isfinite(values).all() for values in (track.position, track.orientation, track.linear, track.angular))
     last = track.stamp_ns[-1]
@@ -250,10 +252,10 @@ def test_step_that_cannot_be_done_is_said_by_the_step_service(paused):
     while answer.success and steps < 1000:  # until the command has arrived
         steps, answer = steps + 1, paused.call("step")
     assert "cannot be done" in answer.message
-    paused.drain()
+    paused.settle()
     before = len(paused.poses)
     assert paused.call("step").message == answer.message
-    paused.drain()
+    paused.settle()
     assert len(paused.poses) == before, "a pose for a step that was not done"
     assert np.isfinite(paused.track().angular).all()
     assert paused.call("reset").success

@@ -40,8 +40,8 @@ TOO_MUCH = 1e10  # N m: 10⁶ rad in one step
 
 
 @pytest.fixture(scope="module")
-def nodes(connect):
-    started = {axes: connect({**SCENE, "twist_frame": axes}) for axes in ("body", "world")}
+def nodes(connect_shared):
+    started = {axes: connect_shared({**SCENE, "twist_frame": axes}) for axes in ("body", "world")}
     return {axes: node.ready() for axes, node in started.items()}
 
 
@@ -53,7 +53,7 @@ def node(nodes):
 def at_start(node):
     """Paused at the initial state, which is the one message that is kept."""
     node.pause(True)
-    node.drain()
+    node.settle()
     node.clear()
     node.call("reset")
     node.collect(1)
@@ -63,7 +63,7 @@ def at_start(node):
 def shown_next(node):
     """The one state that is published without a step being taken."""
     node.wait(lambda: len(node.poses) > 1 and len(node.twists) > 1, "the state that was set")
-    node.drain()
+    node.settle()
     track = node.track()
     assert len(track.stamp_ns) == 2 and track.stamp_ns[0] == track.stamp_ns[1], "time went on"
     return track
@@ -135,10 +135,10 @@ def test_motion_goes_on_from_what_was_set_under_the_wrench_that_is_held(node):
     node.wait_arrived("wrench")
     first = steps(node, 10).stamp_ns[-1]
     node.send_pose("world", PLACE, Q)
-    node.wait(lambda: len(node.poses) > 10, "the pose that was set")
+    node.collect(11)
     node.send_twist("world", LINEAR, ANGULAR)
-    node.wait(lambda: len(node.twists) > 11, "the twist that was set")
-    node.drain()
+    node.collect(12)
+    node.settle()
     x, v = (rows[-1] for rows in middle(node.track()))
     R = matrices(Q[None])[0]
     assert x == pytest.approx(PLACE + R @ COM, rel=0, abs=2e-15)  # measured 1.1e-16
@@ -272,7 +272,7 @@ def test_state_is_refused_after_a_step_that_could_not_be_done(node):
     node.send("base_link", torque=(0.0, 0.0, TOO_MUCH))
     node.wait_arrived("wrench")
     assert "cannot be done" in node.call("step").message
-    node.drain()
+    node.settle()
     node.clear()
     before = refusals(node.report()[1])
     node.send_pose("world", PLACE, Q)

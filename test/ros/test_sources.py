@@ -28,10 +28,10 @@ SCENE = {
 
 
 @pytest.fixture(scope="module")
-def started(connect):
+def started(connect_shared):
     from geometry_msgs.msg import WrenchStamped
 
-    remote = connect(SCENE).ready()
+    remote = connect_shared(SCENE).ready()
     remote.applied = remote.listen(WrenchStamped, "wrench_applied")
     remote.wait(lambda: remote.call("reset") and remote.applied, "a wrench_applied")
     return remote
@@ -54,7 +54,7 @@ def steps(node, count):
 
 def applied(node):
     """Force and torque that the body feels after one more step: about its origin, body axes, as published."""
-    node.drain()
+    node.settle()
     node.applied.clear()
     node.call("step")
     node.wait(lambda: node.applied, "wrench_applied")

@@ -23,10 +23,10 @@ PERIOD_NS = 50_000_000
 
 
 @pytest.fixture(scope="module")
-def remote(connect):
+def remote(connect_shared):
     from rosgraph_msgs.msg import Clock
 
-    remote = connect(SCENE)
+    remote = connect_shared(SCENE)
     remote.clocks = remote.listen(Clock, "/clock")
     return remote.ready()
 
@@ -70,7 +70,7 @@ def test_clock_says_what_the_stamps_say_and_comes_after_them(clocked):
 
 def test_clock_ticks_on_while_time_stands_still(clocked):
     clocked.pause(True)
-    clocked.drain()
+    clocked.settle()
     del clocked.clocks[:]
     poses = len(clocked.poses)
     clocked.wait(lambda: len(clocked.clocks) >= 3, "three ticks")
