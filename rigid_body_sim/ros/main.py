@@ -7,6 +7,7 @@ from . import middleware, program
 
 def main(args: list[str] | None = None) -> int:
     """Run the node until Ctrl-C or SIGTERM. Returns the exit status: 0, or 1 when the node cannot start."""
+    program.open_standard_streams()
     stop = program.StopRequest()  # before anything slow is imported or compiled
     try:
         if warning := middleware.avoid_full_memory():

@@ -10,6 +10,20 @@ from typing import Protocol
 from . import middleware
 
 
+def open_standard_streams() -> None:
+    """Open on nothing whichever of stdin, stdout and stderr a program was started without. To be called first.
+
+    Else the next file that it opens takes the number of one, and what libraries print goes into that file.
+    """
+    while (descriptor := os.open(os.devnull, os.O_RDWR)) <= 2:
+        os.set_inheritable(descriptor, True)
+    os.close(descriptor)
+    sys.stdout, sys.stderr = (
+        stream if stream is not None else os.fdopen(number, "w", closefd=False)
+        for number, stream in ((1, sys.stdout), (2, sys.stderr))
+    )
+
+
 class StopRequest:
     """Set by SIGINT and SIGTERM: they end a starting program at once, and ask one whose loop runs to stop.
 

@@ -11,6 +11,7 @@ from ..ros import program
 
 def main(args: list[str] | None = None) -> int:
     """Run the controller until Ctrl-C or SIGTERM. Returns the exit status: 0, or 1 when it cannot start."""
+    program.open_standard_streams()
     stop = program.StopRequest()  # before anything slow is imported
     from .pointing_node import PointingController
 

@@ -350,6 +350,15 @@ def test_log_directory_that_cannot_be_written_is_told_in_one_sentence(run_node, 
     assert process.stderr.count("\n") == 1
 
 
+def test_node_without_standard_streams_runs(connect):
+    """Nobody sees that it is ready, but it serves; what it opens first does not become its stderr."""
+    remote = connect(SCENE, prefix=["sh", "-c", 'exec "$0" "$@" <&- >&- 2>&-'])
+    remote.wait(remote._clients["reset"].service_is_ready, "the service", READY_SECONDS)
+    remote.wait(lambda: remote.poses, "a pose")
+    opened = [os.readlink(f"/proc/{remote.process.popen.pid}/fd/{number}") for number in range(3)]
+    assert opened == [os.devnull] * 3
+
+
 # The end --------------------------------------------------------------------------------------------------------------
 
 
