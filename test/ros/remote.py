@@ -9,7 +9,7 @@ from geometry_msgs.msg import PoseStamped, TwistStamped, WrenchStamped
 from rcl_interfaces.msg import Parameter as ParameterMessage
 from rcl_interfaces.msg import ParameterValue
 from rcl_interfaces.srv import DescribeParameters, GetParameters, SetParameters, SetParametersAtomically
-from rclpy.executors import SingleThreadedExecutor
+from rclpy.experimental import EventsExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, QoSProfile
@@ -47,7 +47,7 @@ class Remote:
         self.name = f"{namespace}/rigid_body_node"
         self.poses, self.twists, self.reports = [], [], []
         self._node = Node("observer", namespace=namespace, context=context, enable_rosout=False)
-        self._executor = SingleThreadedExecutor(context=context)
+        self._executor = EventsExecutor(context=context)
         self._executor.add_node(self._node)
         self._node.create_subscription(PoseStamped, "pose", self.poses.append, DEEP_QUEUE)
         self._node.create_subscription(TwistStamped, "twist", self.twists.append, DEEP_QUEUE)
@@ -138,9 +138,12 @@ class Remote:
             self.turn()
 
     def drain(self):
-        """Serve what has arrived already: ten idle turns in a row mean that there is no more."""
-        idle = 0
-        while idle < 10:
+        """Serve what has arrived already: ten idle turns in a row mean that there is no more.
+
+        Of a node that runs there may always be more, on a busy machine: then it is a second's worth.
+        """
+        idle, deadline = 0, time.monotonic() + 1.0
+        while idle < 10 and time.monotonic() < deadline:
             idle = 0 if self._hears(0.0) else idle + 1
 
     def settle(self, seconds=0.05):

@@ -40,7 +40,7 @@ def send_some(remote, count, each=1):
         remote.collect(each * (i + 1))
 
 
-def test_real_time_with_the_nodes_own_recorder(connect, tmp_path, capsys):
+def test_real_time_with_the_nodes_own_recorder(connect, tmp_path, capfd):
     remote = connect({**SCENE, "record.path": str(tmp_path / "bag")}).ready()
     send_some(remote, 50, each=5)
     remote.send("world", (0.1, 0.0, 0.0), (0.0, 0.02, 0.0), topic="impulse")
@@ -48,13 +48,13 @@ def test_real_time_with_the_nodes_own_recorder(connect, tmp_path, capsys):
     send_some(remote, 20, each=5)
     remote.process.assert_stopped_cleanly()
     assert resim.main([str(tmp_path / "bag"), "--out", str(tmp_path / "again"), "--compare"]) == resim.SAME
-    assert "Equal to the bit" in capsys.readouterr().out
+    assert "Equal to the bit" in capfd.readouterr().out
     poses = [next(iter(read(tmp_path / bag).poses.values())) for bag in ("bag", "again")]
     assert len(poses[0]) > 30 and np.ptp(poses[0].values[:, 3]) > 1e-3
     assert_array_equal(poses[0].values, poses[1].values)
 
 
-def test_node_that_was_killed(connect, tmp_path, capsys):
+def test_node_that_was_killed(connect, tmp_path, capfd):
     """What is whole in its bag is simulated again to the bit."""
     remote = connect({**SCENE, "record.path": str(tmp_path / "bag")}).ready()
     send_some(remote, 20, each=5)
@@ -63,13 +63,13 @@ def test_node_that_was_killed(connect, tmp_path, capsys):
     remote.wait(lambda: recorded.stat().st_size > size, "another chunk")  # what was sent is in it, or before it
     remote.process.kill()
     assert resim.main([str(tmp_path / "bag")]) == resim.FAILED
-    assert "--recover takes what is whole in it" in capsys.readouterr().err
+    assert "--recover takes what is whole in it" in capfd.readouterr().err
     assert resim.main([str(tmp_path / "bag"), "--recover"]) == resim.SAME
-    out = capsys.readouterr().out
+    out = capfd.readouterr().out
     assert "has no end: what is whole in it is taken" in out and "Equal to the bit" in out
 
 
-def test_lockstep_without_a_journal(connect, tmp_path, capsys):
+def test_lockstep_without_a_journal(connect, tmp_path, capfd):
     """From what any recorder has: commands, poses and twists in the order of coming."""
     scene = {**SCENE, "lockstep": True, "steps_per_command": 7}
     remote = connect({**scene, "record.path": str(tmp_path / "own")}).ready()
@@ -79,7 +79,7 @@ def test_lockstep_without_a_journal(connect, tmp_path, capsys):
     making.make(tmp_path / "bag", without_journal(tmp_path / "own"), "sqlite3")
     (tmp_path / "scene.yaml").write_text(yaml.safe_dump({"/**": {"ros__parameters": scene}}))
     assert resim.main([str(tmp_path / "bag"), "--scene", str(tmp_path / "scene.yaml")]) == resim.SAME
-    out = capsys.readouterr().out
+    out = capfd.readouterr().out
     assert "Lockstep: each command on" in out and "Equal to the bit: 61 poses" in out
 
 
