@@ -18,16 +18,16 @@ help: ## list the targets
 demo: $(READY) ## run the demo
 	@$(VENV)/bin/rigid_body_demo
 
-test: $(READY) ## run all tests, those with ROS one by one, those marked no_numba again without numba
+test: $(READY) ## run all tests, those with ROS file by file, those marked no_numba again without numba
 	$(VENV)/bin/python -m pytest -n 2 -m "not ros and not nightly"
-	$(VENV)/bin/python -m pytest -m "ros and not nightly"
+	$(VENV)/bin/python -m pytest -n 2 --dist loadfile -m "ros and not nightly"
 	RIGID_BODY_SIM_NO_NUMBA=1 $(VENV)/bin/python -m pytest -n 2 -m "no_numba and not nightly"
 
 coverage: $(READY) ## run all tests, count the lines that they reach, and fail where these are too few
 	rm -f .coverage .coverage.*
 	RIGID_BODY_SIM_NO_NUMBA=1 $(COUNTED) -n 2 -m "no_numba and not nightly"
 	$(COUNTED) -n 2 -m "not ros and not nightly"
-	$(COUNTED) -m "ros and not nightly"
+	$(COUNTED) -n 2 --dist loadfile -m "ros and not nightly"
 	$(VENV)/bin/coverage report --include '*/physics/*,*/integrators/*,*/scene/*' --fail-under 95
 	$(VENV)/bin/coverage report --fail-under 90
 

@@ -17,7 +17,7 @@ _numbers = itertools.count(1)
 
 @pytest.fixture(scope="session")
 def context():
-    """The one rclpy context of this process: starting and ending several leaks."""
+    """A context of rclpy for the nodes that tests make in this process, but for those of Remote."""
     rclpy = pytest.importorskip("rclpy")
     context = rclpy.Context()
     rclpy.init(context=context)
@@ -43,22 +43,23 @@ def run_node(tmp_path_factory):
 
 
 @pytest.fixture
-def connect(context, run_node):
+def connect(run_node):
     """Start a node in a namespace of its own and talk to it: ``connect(parameters, environment={})``.
 
     At the end of the test each is stopped by SIGINT, which must leave no traceback and exit status 0. So no test has
     to share the machine with the nodes of others.
     """
-    yield from _connections(context, run_node)
+    yield from _connections(run_node)
 
 
 @pytest.fixture(scope="module")
-def connect_shared(context, run_node):
+def connect_shared(run_node):
     """The same, for nodes that the tests of a module share; they are stopped at its end."""
-    yield from _connections(context, run_node)
+    yield from _connections(run_node)
 
 
-def _connections(context, run_node):
+def _connections(run_node):
+    pytest.importorskip("rclpy")
     from .remote import Remote
 
     remotes = []
@@ -66,7 +67,7 @@ def _connections(context, run_node):
     def start(parameters, **options):
         namespace = f"/n{next(_numbers)}"
         process = run_node(parameters, arguments=["-r", f"__ns:={namespace}"], namespace=namespace, **options)
-        remotes.append(Remote(process, namespace, context, parameters.get("wrench.topics", ("wrench",))))
+        remotes.append(Remote(process, namespace, parameters.get("wrench.topics", ("wrench",))))
         return remotes[-1]
 
     yield start

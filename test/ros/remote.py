@@ -4,11 +4,13 @@ import time
 from dataclasses import dataclass
 
 import numpy as np
+import rclpy
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped, TwistStamped, WrenchStamped
 from rcl_interfaces.msg import Parameter as ParameterMessage
 from rcl_interfaces.msg import ParameterValue
 from rcl_interfaces.srv import DescribeParameters, GetParameters, SetParameters, SetParametersAtomically
+from rclpy.context import Context
 from rclpy.experimental import EventsExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
@@ -25,7 +27,7 @@ PARAMETER_SERVICES = {
     "set_parameters_atomically": SetParametersAtomically,
     LAST_CLIENT: GetParameters,
 }
-SECONDS = 20.0  # longest wait for anything that takes milliseconds on an idle machine
+SECONDS = 60.0  # longest wait for anything that takes milliseconds on an idle machine
 
 
 @dataclass
@@ -40,14 +42,20 @@ class Track:
 
 
 class Remote:
-    """Commander and observer of one node, which takes wrenches on ``topics``."""
+    """Commander and observer of one node, which takes wrenches on ``topics``.
 
-    def __init__(self, process, namespace, context, topics=("wrench",)):
+    It has a context, so a DDS participant, of its own: one for all tests did, after some twenty nodes and one that was
+    killed, not get through to the next for 20 s and more.
+    """
+
+    def __init__(self, process, namespace, topics=("wrench",)):
         self.process = process
         self.name = f"{namespace}/rigid_body_node"
         self.poses, self.twists, self.reports = [], [], []
-        self._node = Node("observer", namespace=namespace, context=context, enable_rosout=False)
-        self._executor = EventsExecutor(context=context)
+        self._context = Context()
+        rclpy.init(context=self._context)
+        self._node = Node("observer", namespace=namespace, context=self._context, enable_rosout=False)
+        self._executor = EventsExecutor(context=self._context)
         self._executor.add_node(self._node)
         self._node.create_subscription(PoseStamped, "pose", self.poses.append, DEEP_QUEUE)
         self._node.create_subscription(TwistStamped, "twist", self.twists.append, DEEP_QUEUE)
@@ -95,6 +103,7 @@ class Remote:
         self._executor.remove_node(self._node)
         self._executor.shutdown()
         self._node.destroy_node()
+        self._context.try_shutdown()
 
     def listen(self, kind, topic):
         """List that every further message on a topic is added to."""
