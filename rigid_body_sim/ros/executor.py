@@ -20,7 +20,7 @@ def executor_for(node: Node) -> Executor:
 
     EventsExecutor where rclpy has it, at a tenth of the cost of the other. Its ``spin()`` hangs in rclpy 7.1.6.
     """
-    executor = EventsExecutor() if EventsExecutor is not None else SingleThreadedExecutor()
+    executor = (EventsExecutor or SingleThreadedExecutor)(context=node.context)
     executor.add_node(node)
     return executor
 

@@ -11,11 +11,12 @@ from rcl_interfaces.msg import Parameter as ParameterMessage
 from rcl_interfaces.msg import ParameterValue
 from rcl_interfaces.srv import DescribeParameters, GetParameters, SetParameters, SetParametersAtomically
 from rclpy.context import Context
-from rclpy.experimental import EventsExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from std_srvs.srv import SetBool, Trigger
+
+from rigid_body_sim.ros.executor import executor_for
 
 from .node_process import DEEP_QUEUE
 
@@ -55,8 +56,7 @@ class Remote:
         self._context = Context()
         rclpy.init(context=self._context)
         self._node = Node("observer", namespace=namespace, context=self._context, enable_rosout=False)
-        self._executor = EventsExecutor(context=self._context)
-        self._executor.add_node(self._node)
+        self._executor = executor_for(self._node)
         self._node.create_subscription(PoseStamped, "pose", self.poses.append, DEEP_QUEUE)
         self._node.create_subscription(TwistStamped, "twist", self.twists.append, DEEP_QUEUE)
         self._node.create_subscription(DiagnosticArray, "/diagnostics", self._on_diagnostics, 100)
