@@ -81,6 +81,15 @@ def test_quick_steps_that_are_due_together_are_one_turn(slow):
     assert (took, steps) == (40_000, 40) and largest >= 8
 
 
+def test_each_publication_counts_by_how_late_it_is(slow):
+    """40 steps of 0.1 ms that are due together: the k-th was due after k ms and is published after 40 + 0.1 k ms."""
+    node, late = slow(publish_rate=0.0), []
+    node.loop.pacer.lateness.add = late.append
+    node.now_ns, node.cost_ns = node.now_ns + SLEPT, MILLISECOND // 10
+    node.turn()
+    assert late == [SLEPT - 9 * k * MILLISECOND // 10 for k in range(1, 41)]
+
+
 @pytest.mark.parametrize("heard", [True, False])
 def test_free_run_finds_out_what_steps_cost(slow, heard):
     """A millisecond a turn when steps are quick; one step when they are slow."""
