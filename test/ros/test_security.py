@@ -1,13 +1,11 @@
 """Who may command: the policy in security/ is what the programs use, and a node told to be secure never runs open."""
 
 import importlib.util
-import time
 from xml.etree import ElementTree
 
 import pytest
 
 from . import policy
-from .remote import SECONDS
 
 pytest.importorskip("rclpy")
 pytestmark = pytest.mark.ros
@@ -34,25 +32,10 @@ def observer(context):
     node.destroy_node()
 
 
-def settled(observer, node, namespace, complete):
-    """What a node uses, once the network knows as much as ``complete`` wants."""
-    deadline = time.monotonic() + SECONDS
-    while True:
-        try:
-            found = policy.used(observer, node, namespace)
-        except RuntimeError:  # the node is not known yet
-            found = None
-        if found and complete(found):
-            return found
-        assert time.monotonic() < deadline, f"{node} is known to use only {found}"
-        time.sleep(0.05)
-
-
-def always_there(names):
-    """Those that are there on every machine."""
-    kept = {name for name in names if not any(part in name.rsplit("/", 1)[-1] for part in STANDARD)}
-    kept = {name for name in kept if "/_action/" not in name}
-    return kept if HAS_TF else kept - {"/tf"}
+def always_there(name):
+    """Whether it is there on every machine."""
+    standard = any(part in name.rsplit("/", 1)[-1] for part in STANDARD)
+    return not standard and "/_action/" not in name and (HAS_TF or name != "/tf")
 
 
 def test_policy_allows_the_node_what_it_uses_and_nothing_else(connect, observer):
@@ -61,12 +44,10 @@ def test_policy_allows_the_node_what_it_uses_and_nothing_else(connect, observer)
     assert not remote.set_parameter("use_sim_time", True).successful
     namespace = remote.name.rsplit("/", 1)[0]
     allowed = policy.allowed("rigid_body_node", namespace)
-    needed = always_there(allowed.reply)
-    used = settled(observer, "rigid_body_node", namespace, lambda found: needed <= found.reply)
-    for what in ("publish", "subscribe", "reply"):
+    used = policy.used(observer, "rigid_body_node", namespace, allowed.only(always_there))
+    for what in policy.KINDS:
         may, does = getattr(allowed, what), getattr(used, what)
         assert does <= may, f"not in the policy, {what}: {does - may}"
-        assert always_there(may) <= does, f"in the policy, and not used, {what}: {always_there(may) - does}"
 
 
 def test_policy_allows_the_controller_what_it_uses_and_nothing_else(run_node, observer):
@@ -74,12 +55,7 @@ def test_policy_allows_the_controller_what_it_uses_and_nothing_else(run_node, ob
     arguments = ["-r", f"__ns:={namespace}", "-p", "use_sim_time:=true"]
     process = run_node(None, arguments=arguments, module=module)
     allowed = policy.allowed("pointing_controller", namespace)
-    used = settled(
-        observer,
-        "pointing_controller",
-        namespace,
-        lambda found: len(found.reply) >= len(allowed.reply) and f"{namespace}/wrench" in found.publish,
-    )
+    used = policy.used(observer, "pointing_controller", namespace, allowed)
     assert used == allowed
     process.assert_stopped_cleanly()
 
