@@ -36,7 +36,7 @@ mutation: $(READY) ## change the physics in small ways and list the changes that
 	$(VENV)/bin/python .ci/mutation --sample $(SAMPLE)
 
 fuzz: $(READY) ## try a million hostile inputs, about half an hour on 2 cores
-	$(VENV)/bin/python -m pytest -n 2 test/fuzz --hypothesis-profile=nightly --timeout=7200
+	$(VENV)/bin/python -m pytest -n 2 --dist worksteal test/fuzz --hypothesis-profile=nightly --timeout=7200
 	$(VENV)/bin/python -m pip install --quiet --disable-pip-version-check --only-binary :all: atheris
 	$(VENV)/bin/python test/fuzz/guided.py
 
