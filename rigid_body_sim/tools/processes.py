@@ -22,7 +22,7 @@ class Child:
     def __init__(self, module: str, arguments: Sequence[str], environment: Mapping[str, str] | None = None):
         self.name = module
         # A file, because a pipe that nobody reads would block the process.
-        self._output = tempfile.TemporaryFile()  # noqa: SIM115  (lives as long as the process)
+        self._output = tempfile.TemporaryFile()  # noqa: SIM115  (it outlives this call; reap closes it)
         self._process = subprocess.Popen(
             [sys.executable, "-m", module, *arguments],
             stdin=subprocess.DEVNULL,

@@ -17,8 +17,8 @@ from rigid_body_sim.report.problems import TITLES
 from rigid_body_sim.report.section import Heading, Measurement, Paragraph, Table
 from rigid_body_sim.report.store import FILE
 
-if importlib.util.find_spec("matplotlib") is None or importlib.util.find_spec("tqdm") is None:
-    pytest.skip("the extra report (matplotlib, tqdm) is not installed", allow_module_level=True)
+for extra in ("matplotlib", "tqdm"):
+    pytest.importorskip(extra)
 
 _SPEC = importlib.util.spec_from_file_location("browser", Path(__file__).with_name("browser.py"))
 browser = importlib.util.module_from_spec(_SPEC)
@@ -188,11 +188,16 @@ return {
 };"""
 
 
-def test_the_page_works_in_a_browser(folder, tmp_path):
-    program = browser.find()
-    if program is None:
+@pytest.fixture
+def chromium():
+    """The only thing here that pip cannot install."""
+    if (program := browser.find()) is None:
         pytest.skip("no Chromium found: set CHROME to one, or install chromium")
-    found, failures = browser.ask(program, folder / "report.html", _LOOK, tmp_path)
+    return program
+
+
+def test_the_page_works_in_a_browser(chromium, folder, tmp_path):
+    found, failures = browser.ask(chromium, folder / "report.html", _LOOK, tmp_path)
     assert failures == []
     assert found["svg"] == [True] * 4 and found["img"] == 0 and found["fetched"] == 0 and found["broken"] == 0
     assert found["tables"] == 6
@@ -201,14 +206,11 @@ def test_the_page_works_in_a_browser(folder, tmp_path):
     assert found["names"] == sorted(found["names"]) and not found["wide"]
 
 
-def test_a_script_error_would_be_noticed(folder, tmp_path):
-    program = browser.find()
-    if program is None:
-        pytest.skip("no Chromium found: set CHROME to one, or install chromium")
+def test_a_script_error_would_be_noticed(chromium, folder, tmp_path):
     broken = tmp_path / "broken.html"
     text = (folder / "report.html").read_text(encoding="utf-8")
     broken.write_text(text.replace('"use strict";', '"use strict"; noSuchFunction();'), encoding="utf-8")
-    assert browser.ask(program, broken, "return 1;", tmp_path)[1] != []
+    assert browser.ask(chromium, broken, "return 1;", tmp_path)[1] != []
 
 
 def test_the_readme_gets_table_picture_date_and_machine(folder, tmp_path):

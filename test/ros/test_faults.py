@@ -347,13 +347,26 @@ def test_log_directory_that_cannot_be_written_is_told_in_one_sentence(run_node, 
     assert process.stderr.count("\n") == 1
 
 
+CLOSED = ["sh", "-c", 'exec "$0" "$@" <&- >&- 2>&-']
+
+
+def standard_streams(process):
+    return [os.readlink(f"/proc/{process.popen.pid}/fd/{number}") for number in range(3)]
+
+
 def test_node_without_standard_streams_runs(connect):
     """Nobody sees that it is ready, but it serves; what it opens first does not become its stderr."""
-    remote = connect(SCENE, prefix=["sh", "-c", 'exec "$0" "$@" <&- >&- 2>&-'])
+    remote = connect(SCENE, prefix=CLOSED)
     remote.wait(remote._clients["reset"].service_is_ready, "the service", READY_SECONDS)
     remote.wait(lambda: remote.poses, "a pose")
-    opened = [os.readlink(f"/proc/{remote.process.popen.pid}/fd/{number}") for number in range(3)]
-    assert opened == [os.devnull] * 3
+    assert standard_streams(remote.process) == [os.devnull] * 3
+
+
+def test_so_does_the_controller(remote, run_node):
+    controller = run_node(None, module="rigid_body_sim.tools.pointing_controller", prefix=CLOSED)
+    remote.wait(lambda: "pointing_controller" in remote._node.get_node_names(), "the controller", READY_SECONDS)
+    assert standard_streams(controller) == [os.devnull] * 3
+    controller.assert_stopped_cleanly()
 
 
 # The end --------------------------------------------------------------------------------------------------------------

@@ -29,6 +29,8 @@ from .remote import stamp_ns
 pytest.importorskip("rclpy")
 pytestmark = [pytest.mark.ros, pytest.mark.timeout(900)]  # making the stand-in takes a minute where busy
 
+IS_INSTALLED = importlib.util.find_spec(stand_in.PACKAGE) is not None
+without_the_package = pytest.mark.skipif(IS_INSTALLED, reason="the real package takes the place of the stand-in")
 RATE = 200
 PERIOD = 5_000_000  # ns
 SCENE = {
@@ -81,7 +83,7 @@ TYPE_HASHES = {  # of version 1.5.1, by its own definitions; each covers the mes
 @pytest.fixture(scope="module")
 def folder(request, tmp_path_factory):
     """Where the stand-in is, made once for this Python and its text; None where the real package is installed."""
-    if importlib.util.find_spec(stand_in.PACKAGE) is not None:
+    if IS_INSTALLED:
         return None
     if not (shutil.which("gcc") and Path(sysconfig.get_paths()["include"], "Python.h").exists()):
         pytest.skip("the stand-in for simulation_interfaces needs gcc and Python.h (python3-dev)")
@@ -223,10 +225,9 @@ def core():
 # What is offered ----------------------------------------------------------------------------------------------------
 
 
+@without_the_package
 def test_stand_in_has_the_types_of_version_1_5_1(folder):
     """By the hashes under which ROS compares types; a client of the real package finds these services."""
-    if folder is None:
-        pytest.skip("the real package is installed")
     for name, digest in TYPE_HASHES.items():
         described = json.loads((folder / stand_in.PACKAGE / f"{name}.json").read_text())["type_hashes"][0]
         assert described["hash_string"] == f"RIHS01_{digest}", name
@@ -245,7 +246,7 @@ def _services_of(remote):
     return {name.removeprefix(f"{remote.name}/") for name in names if name.startswith(f"{remote.name}/")}
 
 
-@pytest.mark.skipif(importlib.util.find_spec(stand_in.PACKAGE) is not None, reason="the package is installed")
+@without_the_package
 def test_nothing_is_offered_without_the_package(connect):
     """The node runs as it did, and says nothing of it."""
     remote = connect(SCENE).ready()
