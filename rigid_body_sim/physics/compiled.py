@@ -1,4 +1,4 @@
-"""The one place that knows numba: compile a kernel, or run the same function as plain Python.
+"""The one place, with kernel_cache, that knows numba: compile a kernel, or run the same function as plain Python.
 
 A kernel is a function of floats and flat float64 arrays. With numba it becomes machine code; without it (not installed,
 or switched off by ``RIGID_BODY_SIM_NO_NUMBA=1``) the very same function runs as Python, slower and with the same
@@ -7,13 +7,13 @@ results.
 
 import hashlib
 import os
-import tempfile
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
 
+from . import kernel_cache
 from .arrays import Floats, Vector
 
 try:
@@ -37,25 +37,6 @@ def sources_digest() -> str:
     return digest.hexdigest()[:16]
 
 
-def _cache_folder() -> str | None:
-    """A writable folder for compiled kernels, outside the package (which may be read-only); None when there is none."""
-    home = os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")
-    # numba finds only what was compiled from files at the same path: another installation has a folder of its own.
-    place = hashlib.sha256(__file__.encode()).hexdigest()[:8]
-    for base in (os.environ.get("NUMBA_CACHE_DIR"), home, f"{tempfile.gettempdir()}/{os.getuid()}"):
-        folder = Path(base or home, "rigid_body_sim", f"kernels-{sources_digest()}-{place}")
-        try:
-            folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-            with tempfile.TemporaryFile(dir=folder):
-                pass
-        except OSError:
-            continue
-        # What lies there is run, so nobody else may have put it there.
-        if folder.stat().st_uid == os.getuid():
-            return str(folder)
-    return None
-
-
 Steps = Callable[[Floats, Floats, Floats, float, int], int]  # an integrator's kernel: see integrators.base
 
 # Kernels create no arrays, so numba need not count references to them: without `_nrt` it does so at every inner call,
@@ -63,21 +44,20 @@ Steps = Callable[[Floats, Floats, Floats, float, int], int]  # an integrator's k
 # the same bits.
 _OPTIONS = {"nogil": True, "error_model": "numpy", "forceinline": True, "_nrt": False}
 
-_CACHE = _cache_folder() if ENABLED else None
+# What was compiled knows the paths of its sources: another installation has a folder of its own.
+_PLACE = hashlib.sha256(__file__.encode()).hexdigest()[:8]
+FOLDER, NO_FOLDER = kernel_cache.choose(f"kernels-{sources_digest()}-{_PLACE}") if ENABLED else (None, "")
 
 
 def kernel(function: _Kernel) -> _Kernel:
     """Decorate a kernel: compiled on first use with numba, unchanged without."""
     if not ENABLED:
         return function
-    previous = numba.config.CACHE_DIR
-    # numba reads the folder while it decorates; other users of numba in this process keep theirs.
-    numba.config.CACHE_DIR = _CACHE or previous
-    try:
-        compiled: _Kernel = numba.njit(cache=_CACHE is not None, **_OPTIONS)(function)
-        return compiled
-    finally:
-        numba.config.CACHE_DIR = previous
+    compiled: Any = numba.njit(**_OPTIONS)(function)
+    # Where ``cache=True`` has numba's own, which trusts what it finds.
+    compiled._cache = kernel_cache.KernelCache(function, FOLDER, NO_FOLDER)
+    result: _Kernel = compiled
+    return result
 
 
 def table(rows: Sequence[Sequence[float]], width: int) -> Vector:
@@ -129,8 +109,4 @@ def _refuse_what_raises(run: Steps, state: Floats, model: Floats, work: Floats, 
 
 def is_cached(function: Any) -> bool:
     """Whether ``ready`` will find compiled code for ``function`` (or needs none), so that it takes no time."""
-    if not ENABLED:
-        return True
-    return _CACHE is not None and any(
-        Path(_CACHE).rglob(f"{Path(function.py_func.__code__.co_filename).stem}.{function.__name__}-*.nbi")
-    )
+    return not ENABLED or function._cache.has_any()

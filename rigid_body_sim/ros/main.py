@@ -23,10 +23,12 @@ def main(args: list[str] | None = None) -> int:
 
 def _load_kernels() -> None:
     """Before the node joins the network, and for all of its life: a parameter may bring drag into a scene without."""
+    from ..physics import compiled
     from ..simulation import kernels_are_cached, load_kernels
 
     if not kernels_are_cached():
-        print("rigid_body_node: compiling kernels, up to a minute; the next start finds them", file=sys.stderr)
+        found = "; the next start finds them" if compiled.FOLDER else ""
+        print(f"rigid_body_node: compiling kernels, up to a minute{found}", file=sys.stderr)
     load_kernels()
 
 

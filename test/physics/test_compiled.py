@@ -10,7 +10,7 @@ import pytest
 
 from rigid_body_sim.physics import compiled
 
-pytestmark = pytest.mark.no_numba
+pytest.importorskip("numba")
 
 PACKAGE = Path(compiled.__file__).parents[1]
 
@@ -20,11 +20,11 @@ def test_another_installation_has_a_cache_of_its_own(tmp_path):
     shutil.copytree(PACKAGE / "physics", tmp_path / "rigid_body_sim" / "physics")
     shutil.copytree(PACKAGE / "integrators", tmp_path / "rigid_body_sim" / "integrators")
     (tmp_path / "rigid_body_sim" / "__init__.py").touch()
-    script = "from rigid_body_sim.physics import compiled as c; print(c.sources_digest(), c._cache_folder())"
+    script = "from rigid_body_sim.physics import compiled as c; print(c.sources_digest(), c.FOLDER)"
     environment = {**os.environ, "PYTHONPATH": str(tmp_path)}
     other = subprocess.run(
         [sys.executable, "-c", script], env=environment, cwd=tmp_path, capture_output=True, text=True, check=True
     )
     digest, folder = other.stdout.split(maxsplit=1)
     assert digest == compiled.sources_digest()
-    assert digest in folder and folder.strip() != compiled._cache_folder()
+    assert digest in folder and Path(folder.strip()) != compiled.FOLDER
