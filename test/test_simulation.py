@@ -11,7 +11,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 from rigid_body_sim import Body, BodyState, Drag, Scene, Simulation, SimulationError, State, Tether, Wrench
 from rigid_body_sim.physics import rotation
 from rigid_body_sim.physics.wrench import total
-from rigid_body_sim.simulation import IntegratorError
+from rigid_body_sim.simulation import IntegratorError, steps_held
 
 pytestmark = pytest.mark.no_numba
 
@@ -146,7 +146,7 @@ def test_wrench_cleared_acts_no_more():
 
 @pytest.mark.parametrize("one_by_one", [True, False], ids=["one by one", "at once"])
 @pytest.mark.parametrize(
-    ("hold", "steps"), [(0.005, 5), (0.0052, 5), (0.0057, 6), (1e-9, 1), (0.001, 1), (0.1, 100), (1e6, 200)]
+    ("hold", "steps"), [(0.005, 5), (0.0052, 5), (0.0059, 5), (1e-9, 1), (0.001, 1), (0.1, 100), (1e6, 200)]
 )
 def test_wrench_with_a_time_to_hold_acts_for_that_many_steps(hold, steps, one_by_one):
     sim = simulation()
@@ -157,6 +157,35 @@ def test_wrench_with_a_time_to_hold_acts_for_that_many_steps(hold, steps, one_by
     assert impulse_received(sim) == steps
     assert sim.wrench == (PUSH if steps == 200 else Wrench())
     assert sim.steps == 207
+
+
+@pytest.mark.parametrize(
+    ("rate", "hold", "steps"),
+    [
+        (3.0, 0.5, 1),  # 0.333 s
+        (10.0, 0.35, 3),
+        (3.0, 0.1, 1),  # at least one
+        (100.0, 0.29, 29),  # though 0.29 · 100 = 28.999999999999996
+        (1000.0, 0.007, 7),
+        (3.0, 1.0 / 3.0, 1),
+        (1000.0 / 3.0, 3.0, 1000),
+        (10.0, 0.3999, 3),
+        (1e6, 1e9, 10**15),
+    ],
+)
+def test_a_wrench_is_held_for_the_whole_steps_that_fit(rate, hold, steps):
+    assert steps_held(hold, rate) == steps
+    sim = Simulation(Body(1.0, (0.1, 0.1, 0.1)), rate=rate)
+    sim.set_wrench(PUSH, hold=hold)
+    sim.step(min(steps, 2000) + 5)
+    assert sim.state.momentum[0] == pytest.approx(2.0 * min(steps, 2005) / rate, rel=1e-12)  # 2e-16
+
+
+def test_every_time_of_whole_steps_is_held_for_them():
+    """As k steps are written: k / rate in floats, and in decimals."""
+    for rate in (3.0, 10.0, 30.0, 200.0, 400.0, 1000.0, 1e4):
+        for k in (*range(1, 300), 86_399, 10**9 + 7):
+            assert steps_held(k / rate, rate) == steps_held(float(f"{k / rate:.9f}"), rate) == k
 
 
 def test_new_wrench_ends_the_time_of_the_one_before():

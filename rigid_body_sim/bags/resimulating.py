@@ -14,7 +14,7 @@ import numpy as np
 from ..physics.arrays import Floats, Integers
 from ..scene import commands
 from ..scene.loader import Scene
-from ..simulation import Simulation
+from ..simulation import Simulation, steps_held
 from . import journal, timing
 from .problem import Commands, Problem
 from .rosbags_support import BagError
@@ -124,7 +124,8 @@ class _Run:
                 continue
             hold = self._hold
             if hold is not None and self._problem.start is not None:
-                hold += int(steps[mine[-1]]) / self._scene["rate"]
+                rate = self._scene["rate"]
+                hold = (steps_held(hold, rate) + int(steps[mine[-1]])) / rate
             if hold is None or hold > 0.0:
                 ((name, frame_id, force, torque),) = zip(*_columns(given.part(mine[-1:])), strict=True)
                 self._accept(name, frame_id, force, torque, hold)

@@ -182,7 +182,7 @@ TABLE: tuple[Parameter, ...] = (
         "wrench.timeout",
         float,
         0.5,
-        "A command acts this long (simulated time), then zero; 0 = for ever.",
+        "A command acts for the whole steps that fit into this, at least one, then zero; 0 = for ever.",
         "s",
         least=0.0,
         most=1e9,

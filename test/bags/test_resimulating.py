@@ -240,6 +240,17 @@ def test_bag_that_begins_late_is_followed_to_round_off(tmp_path):
         assert comparison.attitude_error.max() < 1e-13  # measured 6.1e-16
 
 
+@pytest.mark.parametrize("timeout", [0.0519, 0.052, 0.0219, 0.0001])
+def test_late_beginning_keeps_what_is_left_of_a_timeout_in_whole_steps(tmp_path, timeout):
+    """25, 26, 10 and 1 steps of 2 ms from step 300 on, of which the bag has those from step 310, and its command."""
+    scene = BASE.changed({"wrench.timeout": timeout})
+    given = [runs.Send(601_000_000, "world", (1.0, 2.0, 3.0, 0.1, 0.2, 0.3))]
+    messages = [e for e in runs.in_real_time(scene, given, SECONDS) if e[1] > making.EPOCH_NS + 0.6009e9]
+    comparison, _, _ = again(tmp_path, messages, scene)
+    assert comparison.position_error.max() < 1e-13  # measured 3.6e-15; a step more or less is 2e-3 m after 1.4 s
+    assert comparison.attitude_error.max() < 1e-13  # measured 6.3e-16
+
+
 def test_state_to_start_from_can_be_chosen(tmp_path):
     messages = runs.in_real_time(BASE, runs.sends(BASE, SECONDS), SECONDS)
     scene = BASE.changed({"initial.angular_velocity": [0.0, 0.0, 0.0]})
