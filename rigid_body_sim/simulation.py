@@ -56,7 +56,7 @@ class Snapshot:
 
 
 class Simulation:
-    """One rigid body, the wrench it holds, and time as a count of steps.
+    """One rigid body, the wrench it holds, and time as a count of steps. It can be copied and pickled.
 
     Parameters
     ----------
@@ -137,13 +137,7 @@ class Simulation:
             raise ValueError(f"parameter integrator.name = {name!r}: give {integrators.RULE}")
         if name != integrators.AUTO and (shortfall := integrators.shortfall(name, terms)):
             raise ValueError(f"parameter integrator.name = {name!r}: {shortfall}")
-        return cls(
-            terms.body,
-            scene.initial_state(),
-            rate=scene["rate"],
-            integrator=name,
-            **{field: getattr(terms, field) for field in ("gravity", "drag", "tethers", "forces", "rtol")},
-        )
+        return cls(terms.body, scene.initial_state(), rate=scene["rate"], integrator=name, **terms.optional())
 
     @property
     def body(self) -> Body:
@@ -378,6 +372,12 @@ class Simulation:
         if self._origin_steps is not None:
             self._origin_steps, self._origin[:] = snapshot.origin or (snapshot.steps, snapshot.state)
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        """For pickle and copy: made anew in the same way, then restored, so the same bits follow."""
+        integrator = integrators.AUTO if self._asked_for is None else self._asked_for.name
+        options = {"rate": self.rate, "integrator": integrator, **self._terms.optional()}
+        return _restored, (type(self), self.body, self.initial_state, options, self.save())
+
     # The plan ---------------------------------------------------------------------------------------------------------
 
     @property
@@ -493,6 +493,14 @@ class Simulation:
                 "is driven by drag or a tether too stiff, or ringing too fast, for the integrator and its rtol"
             )
         return ", or ".join(causes)
+
+
+def _restored(
+    kind: type[Simulation], body: Body, state: State, options: dict[str, Any], snapshot: Snapshot
+) -> Simulation:
+    simulation = kind(body, state, **options)
+    simulation.restore(snapshot)
+    return simulation
 
 
 def steps_held(hold: float, rate: float) -> int:

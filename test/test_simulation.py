@@ -1,5 +1,6 @@
 """The simulation that users and the node hold in their hands: commands, time, and going back."""
 
+import copy
 import math
 import pickle
 from fractions import Fraction
@@ -431,6 +432,42 @@ def test_snapshot_can_be_pickled_and_carried_to_another_simulation(wrench):
         each.step(30)
     assert other.save() == sim.save()
     assert sim.wrench == Wrench()  # it expired on the way, 13 steps after the snapshot
+
+
+COPIES = {
+    "pickle": lambda sim: pickle.loads(pickle.dumps(sim)),
+    "deepcopy": copy.deepcopy,
+    "copy": copy.copy,
+}
+COPIED = {
+    "torque-free": lambda: simulation(MOVING, integrator="exact"),
+    "held": lambda: simulation(MOVING, gravity=(0.0, 0.0, -9.81), forces=[((0.1, 0.0, 0.2), (0.0, 0.0, 3.0))]),
+    "asked for": lambda: simulation(MOVING, integrator="rkmk4", rate=300.0),
+    "drag": lambda: simulation(MOVING, drag=Drag(linear=(1.0, 2.0, 3.0)), rtol=1e-8),
+    "turned stiff": lambda: simulation(MOVING, tethers=[Tether((0.0, 0.0, 0.1), (3.0, 2.0, 3.0), 0.5, 1e9)]),
+}
+
+
+@pytest.mark.parametrize("make_copy", COPIES.values(), ids=COPIES)
+@pytest.mark.parametrize("make", COPIED.values(), ids=COPIED)
+def test_a_copy_goes_on_by_itself_with_the_same_bits(make, make_copy):
+    sim = make()
+    if sim.integrator.name != "exact":
+        sim.set_wrench(PUSH, hold=0.02, source="a")
+        sim.set_wrench(PUSH, source="b")
+    sim.step(7)
+    sim.change(body=Body(mass=3.0, inertia=(0.2, 0.3, 0.4)))
+    sim.step(3)
+    other = make_copy(sim)
+    before = other.save()
+    sim.step(30)
+    assert other.save() == before != sim.save()
+    other.step(30)
+    assert other.save() == sim.save() and str(other.plan) == str(sim.plan)
+    for each in (sim, other):
+        each.reset()
+        each.step(3)
+    assert other.save() == sim.save()
 
 
 def test_snapshot_does_not_move_on():

@@ -1,7 +1,8 @@
 """What the equations of motion are made of, the held wrench apart."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from typing import Any
 
 from .arrays import Floats, Vector
 from .body import Body
@@ -49,6 +50,10 @@ class Terms:
         """Whether a constant force acts beside the centre of mass, and so turns the body."""
         center = tuple(self.body.center_of_mass.tolist())
         return any(any(force) and point != center for point, force in self.forces)
+
+    def optional(self) -> dict[str, Any]:
+        """All but the body, by the names that the constructor of a Simulation has for them."""
+        return {field.name: getattr(self, field.name) for field in fields(self) if field.name != "body"}
 
     def model(self, wrench: Wrench) -> Floats:
         """The kernels' view of all this and a held wrench."""
