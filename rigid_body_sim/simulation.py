@@ -68,7 +68,7 @@ class Simulation:
     gravity : array_like, shape (3,)
         Acceleration [m/s²] of free fall, world axes.
     integrator : str
-        ``auto``, which takes the cheapest one that is right for what acts (see scene.plan) and changes it when that
+        ``auto``, which takes the one that is right for what acts (see scene.plan) and changes it when that
         changes, or a name in the registry, ``rigid_body_sim.integrators.REGISTRY``.
     drag : Drag
     tethers : sequence of Tether

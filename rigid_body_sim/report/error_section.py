@@ -90,7 +90,7 @@ def sentences(goals: dict[str, dict[str, Any]]) -> list[str]:
     """The headline sentences of frontier.goals."""
     if not goals:
         return []
-    count, compared = len(goals), {name: goal for name, goal in goals.items() if goal["compared"]}
+    count = len(goals)
     off = [name for name, goal in goals.items() if not goal["on_frontier"]]
     short = {name: goal["best"] for name, goal in goals.items() if goal["best"] > LEVELS[-1]}
     found = [
@@ -103,7 +103,7 @@ def sentences(goals: dict[str, dict[str, Any]]) -> list[str]:
         ("peer", "best peer", PEER_GOAL),
         ("simulator", "best robotics simulator", SIMULATOR_GOAL),
     ):
-        if compared:
+        if compared := {name: one for name, one in goals.items() if one[f"{what}_measured"]}:
             found.append(_comparison(compared, what, words, goal))
     return found
 
@@ -116,19 +116,17 @@ def _comparison(goals: dict[str, dict[str, Any]], what: str, words: str, wanted:
     ratios = {name: goal[what] for name, goal in goals.items() if goal[what] is not None}
     out_of_reach = [name for name, goal in goals.items() if goal["best"] > AT]
     alone = [name for name, goal in goals.items() if goal[what] is None and name not in out_of_reach]
-    said = f"At an error of {AT:.0e} the {words} costs"
     if ratios:
-        said += " " + " to ".join(
-            f"{ratios[name]:.3g} ({name}, {goals[name][what + '_name']})" for name in _ends(ratios)
-        )
+        ends = (f"{ratios[name]:.3g} ({name}, {goals[name][what + '_name']})" for name in _ends(ratios))
+        said = f"At an error of {AT:.0e} the {words} costs {' to '.join(ends)}"
         missed = [f"{name} ({ratio:.3g})" for name, ratio in ratios.items() if ratio < wanted]
         said += (
             f" times as much; the goal of {wanted:g} is met on {len(ratios) - len(missed)} of {len(ratios)} problems"
         )
         said += _except(missed)
     else:
-        said += " nothing that could be compared"
-    said += f"; none reaches that error on {', '.join(alone)}" if alone else ""
+        said = f"There is no cost of the {words} to compare at an error of {AT:.0e}"
+    said += f"; none that was measured reaches that error on {', '.join(alone)}" if alone else ""
     return said + (f"; `taylor` and `auto` do not reach it on {', '.join(out_of_reach)}." if out_of_reach else ".")
 
 

@@ -52,7 +52,8 @@ def goals(results: Results, problems: Sequence[str]) -> dict[str, dict[str, Any]
     """Of each problem that was measured: whether BEST is on the frontier, and how it compares with the others.
 
     ``on_frontier``: below BELOW. ``peer``, ``simulator``: how many times more the best of them costs than BEST at an
-    error of AT, None when none reaches it, and ``peer_name``, ``simulator_name``. ``best``: the least error of BEST.
+    error of AT, None when none reaches it, ``peer_name`` and ``simulator_name``, and whether any was measured,
+    ``peer_measured`` and ``simulator_measured``. ``best``: the least error of BEST.
     """
     found = {}
     for problem in problems:
@@ -62,20 +63,16 @@ def goals(results: Results, problems: Sequence[str]) -> dict[str, dict[str, Any]
             continue
         peers = [p for p in all_points if p["kind"] != OURS]
         edge = frontier(all_points)
-        peer, peer_name = _ratio(ours, peers)
-        simulator, simulator_name = _ratio(ours, [p for p in peers if p["kind"] == SIMULATOR])
         found[problem] = {
             "on_frontier": any(p["method"] in BEST and p["error"] < BELOW for p in edge),
-            "peer": peer,
-            "peer_name": peer_name,
-            "simulator": simulator,
-            "simulator_name": simulator_name,
-            "compared": bool(peers),
+            **_compared("peer", ours, peers),
+            **_compared("simulator", ours, [p for p in peers if p["kind"] == SIMULATOR]),
             "best": min(p["error"] for p in ours),
         }
     return found
 
 
-def _ratio(ours: Sequence[Point], others: Sequence[Point]) -> tuple[float | None, str | None]:
+def _compared(what: str, ours: Sequence[Point], others: Sequence[Point]) -> dict[str, Any]:
     mine, other = cheapest(ours, AT), cheapest(others, AT)
-    return (other["cpu"] / mine["cpu"], other["method"]) if mine and other else (None, None)
+    ratio, name = (other["cpu"] / mine["cpu"], other["method"]) if mine and other else (None, None)
+    return {what: ratio, f"{what}_name": name, f"{what}_measured": bool(others)}

@@ -51,13 +51,27 @@ def test_goals_and_their_sentences():
     assert "on the frontier below 1e-06 on 1 of 2 problems, not on commands." in first
     assert "1e-12 is reached on 1 of 2 problems, not on commands (3.0e-11)." in second
     assert re.search(r"costs 0.2 \(commands, lib\) to 7 \(tumble, lib\).*goal of 5 is met on 1 of 2 .*commands", third)
-    assert re.search(r"costs 200 \(tumble.*goal of 100 is met on 1 of 1 problems; none reaches .* on commands", fourth)
+    assert re.search(
+        r"costs 200 \(tumble.*goal of 100 is met on 1 of 1 problems; none that .* reaches .* on commands", fourth
+    )
 
 
 def test_nothing_is_said_about_peers_that_were_not_measured():
     alone = results(tumble=GOOD[:2])
     assert len(error_section.sentences(frontier.goals(alone, ["tumble"]))) == 2
     assert error_section.sentences({}) == []
+
+
+def test_what_cannot_be_compared_is_said_as_such():
+    coarse = [GOOD[0], ("lib", measured(LIBRARY, (1e-4, 2e-6)))]
+    *_, said = error_section.sentences(frontier.goals(results(tumble=coarse), ["tumble"]))
+    assert said == (
+        "There is no cost of the best peer to compare at an error of 1e-09; none that was measured reaches that error "
+        "on tumble."
+    )
+    coarse.append(("sim", measured(SIMULATOR, (1e-4, 2e-6))))
+    *_, said = error_section.sentences(frontier.goals(results(tumble=coarse), ["tumble"]))
+    assert said.startswith("There is no cost of the best robotics simulator to compare at an error of 1e-09; none")
 
 
 def test_the_sentence_under_a_picture():

@@ -68,6 +68,9 @@ def test_page_shows_plans_costs_and_the_missing_benchmark(results, tmp_path):
     said = [block.text for block in blocks if isinstance(block, Paragraph)]
     attitude = max(one["attitude"] for one in results.values())
     assert f"at most {attitude:.1e} rad" in said[1]
+    costs = [one["plan"]["each"] / one["full"]["each"] for one in results.values()]
+    assert f"costs {min(costs):.2g} times" in said[1] and f"and {max(costs):.2g} times at worst" in said[1]
+    assert "`exact` is taken for its error" in said[1]
     assert "not measured" in said[-1]
     (headline,) = left_out.LeftOut().headlines(results)
     assert f"more than {attitude:.1e} rad" in headline
