@@ -73,6 +73,7 @@ venv: $(READY) ## set up .venv
 
 clean: ## remove everything that make made
 	rm -rf $(VENV) $(LINT) $(COLCON) build dist *.egg-info .pytest_cache .ruff_cache .mypy_cache .hypothesis .coverage*
+	rm -rf rigid_body_demo.png rigid_body_report
 	find rigid_body_sim test -name __pycache__ -prune -exec rm -rf {} +
 
 define check_python

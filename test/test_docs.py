@@ -1,12 +1,17 @@
 """The documentation says what the code does: tables made from it, names that exist, links that lead somewhere."""
 
+import json
 import re
+from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
+import yaml
 
-from rigid_body_sim import __version__
+from rigid_body_sim import Scene, __version__, load_scene
 from rigid_body_sim.tools import doc_tables
+
+from .bags import making, runs
 
 ROOT = Path(__file__).parents[1]
 PAGES = sorted([*ROOT.glob("*.md"), *ROOT.glob("docs/*.md")])
@@ -38,11 +43,53 @@ def test_links_inside_the_project_lead_somewhere(page):
             assert (page.parent / target).exists(), f"{page.name} links to {target}"
 
 
-def test_readme_example_runs_as_printed(monkeypatch, capsys):
-    (example,) = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(encoding="utf-8"), re.DOTALL)
-    monkeypatch.chdir(ROOT)
-    exec(example, {})
-    assert capsys.readouterr().out.startswith("1.0 [")
+def blocks(language):
+    """Pages and texts of the blocks of a language, as parameters."""
+    pattern = rf"^```{language}\n(.*?)^```"
+    found = [(page, text) for page in PAGES for text in re.findall(pattern, page.read_text("utf-8"), re.DOTALL | re.M)]
+    return [pytest.param(text, id=f"{page.name}-{i}") for i, (page, text) in enumerate(found)]
+
+
+@pytest.fixture
+def user_folder(tmp_path, monkeypatch):
+    """Where a reader tries what is printed: the scenes are there, and a bag that the node recorded."""
+    (tmp_path / "config").symlink_to(ROOT / "config")
+    scene = Scene(runs.SCENE)
+    making.make(tmp_path / "run1", runs.with_journal(scene, runs.sends(scene, 0.5), 0.5))
+    monkeypatch.chdir(tmp_path)
+
+
+@pytest.mark.parametrize("text", blocks("python"))
+def test_python_runs_as_printed_or_says_that_it_is_a_fragment(text, user_folder, capsys):
+    code = compile(text, "block", "exec")
+    if not text.startswith("# Fragment: "):
+        exec(code, {})
+        assert re.match(r"1\.0 \[|0 \(", capsys.readouterr().out)
+
+
+@pytest.mark.parametrize("text", blocks("yaml"))
+def test_yaml_of_the_node_is_a_scene_and_other_yaml_says_whose_it_is(text, tmp_path):
+    (tmp_path / "scene.yaml").write_text(text)
+    if "ros__parameters" in text:
+        load_scene(tmp_path / "scene.yaml")
+    else:
+        assert text.startswith("# ") and yaml.safe_load(text)
+
+
+@pytest.mark.parametrize("text", blocks("json"))
+def test_json_can_be_read_line_by_line(text):
+    assert all(json.loads(line) for line in text.splitlines())
+
+
+@pytest.mark.parametrize("text", blocks(""))
+def test_commands_name_programs_targets_and_files_that_exist(text):
+    programs = {"rigid_body_node", "rigid_body_demo", "rigid_body_report", "rigid_body_resim", "pointing_controller"}
+    setup, targets = (ROOT / "setup.py").read_text(), (ROOT / "Makefile").read_text()
+    assert all(f'"{program} = ' in setup for program in programs)
+    assert set(re.findall(r"\b(?:rigid_body_[a-z]+|pointing_[a-z]+)\b", text)) <= programs | {"rigid_body_sim"}
+    assert all(f"\n{target}: " in targets for target in re.findall(r"^make ([a-z-]+)", text, re.M))
+    assert all((ROOT / file).exists() for file in re.findall(r"\bconfig/\S+", text))
+    assert all(find_spec(module) for module in re.findall(r"python -m (\S+)", text))
 
 
 def test_version_is_the_same_everywhere():
