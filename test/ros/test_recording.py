@@ -144,7 +144,7 @@ def test_run_with_pauses_and_steps_repeats_to_the_bit(connect, folder):
 
 
 def wait_recorded(process, folder, size=1_000_000):
-    file = folder / f"{folder.name}.mcap"
+    file = folder / f"{folder.name}_0.mcap"
     process.wait_until(lambda: file.exists() and file.stat().st_size > size, f"{size} bytes in the bag", SECONDS)
 
 

@@ -140,7 +140,7 @@ def test_bag_is_written_and_can_be_compared_again(folder, capsys):
         assert_array_equal(first.values, second.values)
         assert_array_equal(first.frame_ids, second.frame_ids)
         assert_array_equal(first.receive_ns, second.receive_ns)
-    assert sorted(os.listdir("again")) == ["again.mcap", "metadata.yaml"]
+    assert sorted(os.listdir("again")) == ["again_0.mcap", "metadata.yaml"]
     assert sorted(os.listdir()) == ["again", "run", "scene.yaml"]
 
 
