@@ -366,4 +366,5 @@ def _merged(names: Sequence[str], given: Sequence[Messages], times_ns: Sequence[
 
 
 def _chosen(messages: Messages, which: Integers | NDArray[np.bool_] | slice) -> Messages:
-    return Messages(*(getattr(messages, name)[which] for name in ("receive_ns", "stamp_ns", "values", "frame_ids")))
+    names = ("receive_ns", "stamp_ns", "values", "frame_ids", "child_ids")
+    return Messages(*(getattr(messages, name)[which] for name in names))
