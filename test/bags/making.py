@@ -18,6 +18,7 @@ CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER NOT NULL, timesta
 CREATE INDEX timestamp_idx ON messages (timestamp ASC);
 """
 QOS, HASH = ", offered_qos_profiles TEXT NOT NULL", ", type_description_hash TEXT NOT NULL"
+COVARIANCE = np.arange(36.0)
 EPOCH_NS = 1_700_000_000_000_000_000
 
 
@@ -48,6 +49,31 @@ def pose_stamped(stamp_ns, frame_id, numbers):
 def twist_stamped(stamp_ns, frame_id, numbers):
     twist = T["geometry_msgs/msg/Twist"](vector(numbers[:3]), vector(numbers[3:]))
     return T["geometry_msgs/msg/TwistStamped"](header(stamp_ns, frame_id), twist)
+
+
+def odometry(stamp_ns, frame_id, child_id, pose, twist):
+    """``pose``: as of ``pose_stamped``; ``twist`` in the axes of the child."""
+    whole = pose_with_covariance(stamp_ns, frame_id, pose)
+    twist = twist_with_covariance(stamp_ns, child_id, twist).twist
+    return T["nav_msgs/msg/Odometry"](whole.header, child_id, whole.pose, twist)
+
+
+def pose_with_covariance(stamp_ns, frame_id, numbers):
+    plain = pose_stamped(stamp_ns, frame_id, numbers)
+    whole = T["geometry_msgs/msg/PoseWithCovariance"](plain.pose, COVARIANCE)
+    return T["geometry_msgs/msg/PoseWithCovarianceStamped"](plain.header, whole)
+
+
+def twist_with_covariance(stamp_ns, frame_id, numbers):
+    plain = twist_stamped(stamp_ns, frame_id, numbers)
+    whole = T["geometry_msgs/msg/TwistWithCovariance"](plain.twist, COVARIANCE)
+    return T["geometry_msgs/msg/TwistWithCovarianceStamped"](plain.header, whole)
+
+
+def transform_stamped(stamp_ns, frame_id, child_id, numbers):
+    w, x, y, z = map(float, numbers[3:7])
+    transform = T["geometry_msgs/msg/Transform"](vector(numbers[:3]), T["geometry_msgs/msg/Quaternion"](x, y, z, w))
+    return T["geometry_msgs/msg/TransformStamped"](header(stamp_ns, frame_id), child_id, transform)
 
 
 def text(data):

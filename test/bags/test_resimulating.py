@@ -395,7 +395,6 @@ def test_topics_of_the_node_beside_others_of_their_type(tmp_path):
         ({"wrench": "/a"}, {"topics": ("b",)}, "has no topic b; it has /a, /pose, /twist"),
         ({}, {"topics": ("pose",)}, "topic /pose is of type geometry_msgs/msg/PoseStamped; give one of type geometry"),
         ({}, {"pose": "/twist"}, "topic /twist is of type geometry_msgs/msg/TwistStamped"),
-        ({"wrench": "/impulse"}, {}, "has no topic of type geometry_msgs/WrenchStamped or Wrench with commands"),
     ],
 )
 def test_topics_that_cannot_be(tmp_path, names, choices, what):
@@ -433,6 +432,141 @@ def test_poses_in_another_frame_than_the_scenes(tmp_path):
     messages = runs.in_real_time(BASE, runs.sends(BASE, 0.2), 0.2)
     with pytest.raises(BagError, match="/pose is in frame 'world', the scene's world is 'map'"):
         again(tmp_path, messages, BASE.changed({"world_frame_id": "map"}))
+
+
+# Other kinds of poses and twists -------------------------------------------------------------------------------------
+
+
+def with_covariance(receive_ns, pose, _):
+    return "/where", receive_ns, making.pose_with_covariance(runs.stamp_ns(pose), "world", runs.numbers_of(pose.pose))
+
+
+def transform(receive_ns, pose, _):
+    return (
+        "/where",
+        receive_ns,
+        making.transform_stamped(runs.stamp_ns(pose), "world", "base_link", runs.numbers_of(pose.pose)),
+    )
+
+
+def twist_with_covariance(receive_ns, twist):
+    return (
+        "/how",
+        receive_ns,
+        making.twist_with_covariance(runs.stamp_ns(twist), "base_link", runs.vectors_of(twist.twist)),
+    )
+
+
+KINDS = {
+    "odometry": (runs.odometry(), None, ("/odom", "/odom")),
+    "odometry without a child": (runs.odometry(""), None, ("/odom", "/odom")),
+    "odometry of another name": (runs.odometry(topic="/ns/state"), None, ("/ns/state", "/ns/state")),
+    "with covariance": (with_covariance, twist_with_covariance, ("/where", "/how")),
+    "transforms": (transform, twist_with_covariance, ("/where", "/how")),
+}
+
+
+@pytest.mark.parametrize("storage", ("mcap", "sqlite3"))
+@pytest.mark.parametrize("kind", KINDS)
+def test_poses_and_twists_of_other_types(tmp_path, kind, storage):
+    pose, twist, topics = KINDS[kind]
+    messages = runs.told_by(runs.in_real_time(BASE, runs.sends(BASE, SECONDS), SECONDS), pose, twist)
+    comparison, problem, _ = again(tmp_path, messages, storage=storage)
+    assert_equal_to_the_bit(comparison)
+    assert (problem.pose_topic, problem.twist_topic) == topics
+    (tmp_path / "late").mkdir()
+    late = [entry for entry in messages if entry[1] > making.EPOCH_NS + 0.605e9]
+    comparison, problem, _ = again(tmp_path / "late", late, storage=storage)
+    assert problem.start is not None and len(comparison.recorded) == 70
+    # By the recorded twist, in the axes of the child frame.
+    assert comparison.position_error.max() < 1e-13  # measured 3.9e-15
+    assert comparison.attitude_error.max() < 1e-13  # measured 4.2e-16
+
+
+@pytest.mark.parametrize(("given", "told"), [({}, "/pose"), ({"pose": "odom"}, "/odom"), ({"pose": "/odom"}, "/odom")])
+def test_pose_goes_before_odom(tmp_path, given, told):
+    messages = runs.in_real_time(BASE, runs.sends(BASE, SECONDS), SECONDS)
+    both = sorted(
+        messages + [e for e in runs.told_by(messages, runs.odometry()) if e[0] == "/odom"], key=lambda entry: entry[1]
+    )
+    comparison, problem, _ = again(tmp_path, both, **given)
+    assert_equal_to_the_bit(comparison)
+    assert problem.pose_topic == told and problem.out_topics == ("/pose", "/twist")
+
+
+def test_odom_goes_before_poses_of_other_names(tmp_path):
+    messages = runs.told_by(runs.in_real_time(BASE, runs.sends(BASE, SECONDS), SECONDS), runs.odometry())
+    goal = ("/goal", making.EPOCH_NS, making.pose_stamped(making.EPOCH_NS, "world", range(7)))
+    assert_equal_to_the_bit(again(tmp_path, [goal, *messages])[0])
+
+
+def test_odometry_of_another_body_or_world_is_refused(tmp_path):
+    messages = runs.in_real_time(BASE, runs.sends(BASE, 0.2), 0.2)
+    with pytest.raises(BagError, match="/odom is of frame 'camera', the scene's body is 'base_link'; give the"):
+        again(tmp_path, runs.told_by(messages, runs.odometry("camera")))
+    (tmp_path / "map").mkdir()
+    with pytest.raises(BagError, match="/odom is in frame 'map', the scene's world is 'world'"):
+        again(tmp_path / "map", runs.told_by(messages, runs.odometry(world="map")))
+
+
+# Without commands ---------------------------------------------------------------------------------------------------
+
+
+def without_commands(folder, listed, storage):
+    """A free motion; the topic of the commands is listed without a message, as of a bag whose recorder heard none."""
+    plugin = making.StoragePlugin[storage.upper()]
+    bag = making.Writer(folder, version=9, storage_plugin=plugin)
+    bag.open()
+    if listed:
+        bag.add_connection("/wrench", "geometry_msgs/msg/WrenchStamped", typestore=making.STORE)
+    connections = {}
+    for topic, receive_ns, message in runs.in_real_time(BASE, [], SECONDS):
+        kind = message.__msgtype__
+        if topic not in connections:
+            connections[topic] = bag.add_connection(topic, kind, typestore=making.STORE)
+        bag.write(connections[topic], receive_ns, bytes(making.STORE.serialize_cdr(message, kind)))
+    bag.close()
+    return folder
+
+
+@pytest.mark.parametrize("storage", ("mcap", "sqlite3"))
+@pytest.mark.parametrize("listed", (False, True))
+def test_free_motion_needs_no_commands(tmp_path, listed, storage):
+    recording = read(without_commands(tmp_path / "bag", listed, storage))
+    asked = [(), ("wrench",), ("/wrench",)] if listed else [()]
+    for names in asked:
+        problem = problems.prepare(recording, BASE, Choices(topics=names))
+        track = resimulating.run(problem, BASE)
+        assert_equal_to_the_bit(Comparison(problem.stamp_ns, problem.recorded, track.poses))
+        assert "no commands of type geometry_msgs/WrenchStamped or Wrench: the motion is a free one." in said(problem)
+    with pytest.raises(BagError, match="has no topic nowhere"):
+        problems.prepare(recording, BASE, Choices(topics=("nowhere",)))
+
+
+def test_what_moved_the_body_and_is_not_taken_is_counted(tmp_path):
+    messages = runs.in_real_time(BASE, [], SECONDS)
+    kinds = {"/impulse": 2, "/other": 3, "/third": 1, "/wrench_applied": 5}
+    more = [
+        (topic, making.EPOCH_NS + k, making.wrench_stamped(making.EPOCH_NS, "world", range(6)))
+        for topic, count in kinds.items()
+        for k in range(count)
+    ]
+    recording = read(making.make(tmp_path / "bag", [*messages, *more]))
+    with pytest.raises(BagError, match=r"has several topics of type .*: /other, /third; choose with --topic"):
+        problems.prepare(recording, BASE)
+    told = said(problems.prepare(recording, BASE, Choices(topics=("other",))))
+    assert "Left out, because only a journal tells when they took effect: /impulse (2 geometry_msgs/msg/Wren" in told
+    assert "Not used: /third (1 geometry_msgs/msg/WrenchStamped); --topic chooses, once for each topic." in told
+    assert "wrench_applied" not in told
+
+
+def test_neither_commands_nor_poses(tmp_path):
+    messages = [e for e in runs.in_real_time(BASE, [], SECONDS) if e[0] == "/twist"]
+    recording = read(making.make(tmp_path / "bag", [*messages, ("/note", messages[-1][1], making.text("x"))]))
+    with pytest.raises(
+        BagError, match=r"none with poses, of type .*Odometry; it has /note \(std_msgs/.*, /twist \(geom"
+    ):
+        problems.prepare(recording, BASE)
 
 
 def test_commands_alone(tmp_path):
