@@ -262,7 +262,10 @@ def _compare(problem: Problem, track: Track, options: argparse.Namespace, pictur
         resim_picture.draw(comparison, tolerance, f"{options.bag.name} simulated again", picture)
         print(f"Picture: {picture}")
     _tell_errors(comparison)
-    return _verdict(comparison, tolerance)
+    status = _verdict(comparison, tolerance)
+    if status == DIFFERS and track.doubt:
+        print(f"  {track.doubt}")
+    return status
 
 
 def _tell_errors(comparison: Comparison) -> None:

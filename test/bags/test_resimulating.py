@@ -296,11 +296,53 @@ def test_lockstep_that_begins_late_starts_from_the_bag(tmp_path):
     assert comparison.position_error.max() < 1e-13  # measured 1.9e-15
 
 
-def test_lockstep_with_a_command_missing_in_the_bag(tmp_path):
+def leading(messages):
+    """Places of the commands that advance the simulation."""
+    return [i for i, e in enumerate(messages) if e[0] == "/wrench" and e[2].header.frame_id != "nowhere"]
+
+
+@pytest.mark.parametrize("which", (0, 50, -1), ids=("first", "middle", "last"))
+def test_lockstep_with_a_command_missing_in_the_bag(tmp_path, which):
     messages = runs.in_lockstep(LOCKSTEP, lockstep_sends())
-    del messages[next(i for i, entry in enumerate(messages) if i > 100 and entry[0] == "/wrench")]
-    with pytest.raises(BagError, match="the commands lead to step 745, but the poses go on to step 750"):
+    del messages[leading(messages)[which]]
+    with pytest.raises(BagError) as caught:
         again(tmp_path, messages, LOCKSTEP)
+    assert str(caught.value) == (
+        "the commands lead to step 745, but the poses go on to step 750: some commands, or steps that were asked "
+        "for by a service, are not in the bag; start the first command when node and recorder hear it (ros2 topic pub "
+        "-w 2), or let the node record (record.path)"
+    )
+
+
+def test_lockstep_without_any_command_is_refused(tmp_path):
+    messages = [e for e in runs.in_lockstep(LOCKSTEP, lockstep_sends()) if e[0] not in ("/wrench", "/gust")]
+    with pytest.raises(BagError, match="the commands lead to step 0, but the poses go on to step 750"):
+        again(tmp_path, messages, LOCKSTEP)
+
+
+def test_lockstep_with_a_command_missing_and_poses_missing_at_the_end(tmp_path):
+    """So that their numbers fit: what the commands lead to came before them."""
+    messages = runs.in_lockstep(LOCKSTEP, lockstep_sends())
+    del messages[leading(messages)[30]]
+    ends = [i for i, entry in enumerate(messages) if entry[0] == "/pose"][-3]
+    messages = [e for i, e in enumerate(messages) if i < ends or e[0] not in ("/pose", "/twist")]
+    comparison, _, track = again(tmp_path, messages, LOCKSTEP)
+    assert comparison.first_unequal == 31
+    assert track.doubt.startswith(
+        "The last poses were received before the commands that lead to them: the bag may lack"
+    )
+
+
+def test_lockstep_with_commands_that_the_node_missed(tmp_path):
+    messages = runs.in_lockstep(LOCKSTEP, lockstep_sends())
+    early = [("/wrench", making.EPOCH_NS - 3 + k, messages[leading(messages)[5]][2]) for k in range(3)]
+    comparison, _, track = again(tmp_path, early + messages, LOCKSTEP)
+    assert comparison.first_unequal == 1
+    assert track.doubt.startswith(
+        "At every pose more commands had been received than lead to it, by 3 or more: the node"
+    )
+    (tmp_path / "whole").mkdir()
+    assert again(tmp_path / "whole", messages, LOCKSTEP)[2].doubt == ""
 
 
 # By the journal -----------------------------------------------------------------------------------------------------

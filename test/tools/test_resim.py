@@ -185,6 +185,20 @@ def test_free_motion(folder, capsys):
     assert "2.0,0.0,0.0,0.0,0.0," in (folder / "free.csv").read_text()
 
 
+def test_lockstep_that_differs_for_commands_that_are_missing(folder, capsys):
+    scene = BASE.changed({"lockstep": True, "steps_per_command": 5, "publish_rate": 100.0})
+    write_scene(folder / "lock.yaml", lockstep=True, steps_per_command=5, publish_rate=100.0)
+    messages = runs.in_lockstep(scene, [runs.Send(0, "world", (k, 1, 0, 0, 0, 0), stamp_ns=0) for k in range(30)])
+    early = ("/wrench", making.EPOCH_NS - 1, messages[-3][2])
+    making.make(folder / "lock", [early, *messages])
+    status, out, _ = call(capsys, "lock", "--scene", "lock.yaml")
+    assert (
+        status == 2
+        and "At every pose more commands had been received than lead to it, by 1 or more" in out.splitlines()[-1]
+    )
+    assert "(ros2 topic pub -w 2), or let the node record" in out.splitlines()[-1]
+
+
 def test_recovers_what_is_whole(folder, capsys):
     file = folder / "run" / "run.mcap"
     file.write_bytes(file.read_bytes()[:-100])
