@@ -335,8 +335,8 @@ def _first_with_twist(poses: Messages, twists: Messages | None) -> tuple[int, in
 
 
 def _state(recording: Recording, scene: Scene, poses: Messages, index: int, twists: Messages, twist: int) -> State:
-    values, frame = poses.values[index], twists.frame_ids[twist].removeprefix("/")
-    orientation, velocity, w = values[3:7], twists.values[twist, :3], twists.values[twist, 3:]
+    values, frame = poses.values[index].tolist(), twists.frame_ids[twist].removeprefix("/")
+    orientation, velocity, w = values[3:7], twists.values[twist, :3].tolist(), twists.values[twist, 3:].tolist()
     if frame not in (scene["body.frame_id"], scene["world_frame_id"]):
         raise BagError(
             f"{recording.path}: twists are in frame {frame!r}; the scene knows {scene['body.frame_id']!r} and "
@@ -345,8 +345,10 @@ def _state(recording: Recording, scene: Scene, poses: Messages, index: int, twis
     try:
         orientation = rotation.normalize(orientation)
         if frame == scene["body.frame_id"]:
-            return State(values[:3], orientation, rotation.rotate(orientation, velocity), w)
-        return State(values[:3], orientation, velocity, rotation.rotate_back(orientation, w))
+            velocity = rotation.rotate(orientation, velocity).tolist()
+        else:
+            w = rotation.rotate_back(orientation, w).tolist()
+        return State(values[:3], orientation, velocity, w)
     except ValueError as reason:
         raise BagError(f"{recording.path}: cannot start from the recorded pose and twist: {reason}") from None
 

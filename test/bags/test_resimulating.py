@@ -1,5 +1,6 @@
 """Runs known to the bit are simulated again from their bags: to the bit where the bag has all that decides them."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -8,7 +9,7 @@ from numpy.testing import assert_array_equal
 
 pytest.importorskip("rosbags")
 
-from rigid_body_sim import Body, Scene, State, Wrench
+from rigid_body_sim import Body, Scene, SimulationError, State, Wrench
 from rigid_body_sim.bags import problem as problems
 from rigid_body_sim.bags import resimulating, timing
 from rigid_body_sim.bags.comparison import Comparison
@@ -633,6 +634,28 @@ def test_commands_alone_that_do_not_tell_enough(tmp_path):
     recording = read(making.make(tmp_path / "years", [*messages, later]))
     with pytest.raises(BagError, match=r"its commands span 5e\+09 poses at this publish_rate; give a lower one"):
         problems.prepare(recording, BASE)
+
+
+def with_numbers(messages, topic, number):
+    """The same with that number in all places of the messages on a topic."""
+    make = {"/wrench": making.wrench_stamped, "/pose": making.pose_stamped, "/twist": making.twist_stamped}[topic]
+    changed = []
+    for name, receive_ns, message in messages:
+        if name == topic:
+            message = make(runs.stamp_ns(message), message.header.frame_id, [number] * 7)
+        changed.append((name, receive_ns, message))
+    return changed
+
+
+@pytest.mark.parametrize("twist_frame", ("body", "world"))
+@pytest.mark.parametrize("number", (np.nan, np.inf, 1e308))
+@pytest.mark.parametrize("topic", ("/wrench", "/pose", "/twist"))
+def test_refusals_show_plain_numbers(tmp_path, topic, number, twist_frame):
+    scene = BASE.changed({"twist_frame": twist_frame, "wrench.topics": ["wrench"]})
+    messages = with_numbers(runs.in_real_time(scene, runs.sends(scene, 0.2), 0.2), topic, number)
+    with pytest.raises((BagError, SimulationError, ValueError)) as caught:
+        again(tmp_path, messages, scene, start=BAG)
+    assert not re.search(r"array|np\.|float64|\.\.\.", str(caught.value)), caught.value
 
 
 # Errors -------------------------------------------------------------------------------------------------------------
