@@ -1,34 +1,51 @@
 """Messages as the bytes in a bag: many at once, read by offset and made by offset. No ROS.
 
 A message here is CDR: 4 bytes that name the encoding, perhaps a header (stamp, length of the frame's name, the name and
-a NUL), then doubles, which lie at multiples of 8 counted from byte 4. So the length of the name fixes all offsets.
+a NUL), perhaps the name of another frame, then doubles, which lie at multiples of 8 counted from byte 4. So the lengths
+of the names fix all offsets.
 """
 
-from collections.abc import Sequence
-from typing import NamedTuple
+import struct
+from collections.abc import Iterator, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..physics.arrays import Floats, Integers
 
+Bytes = NDArray[np.uint8]
+
 NANOSECONDS = 1_000_000_000
 _LITTLE_ENDIAN = b"\x00\x01\x00\x00"
 _TEXT_AT = 16  # encoding 4, stamp 8, length of the text 4
+_ENCODINGS = {  # of those that have the fields in a row: order of bytes, and what doubles are aligned to
+    b"\x00\x00": (">", 8),
+    b"\x00\x01": ("<", 8),
+    b"\x00\x06": (">", 4),  # version 2
+    b"\x00\x07": ("<", 4),
+}
+_OTHER_ENCODINGS = {b"\x00\x02": "PL_CDR", b"\x00\x03": "PL_CDR", b"\x00\x08": "D_CDR2", b"\x00\x09": "D_CDR2"}
+_OTHER_ENCODINGS |= {b"\x00\x0a": "PL_CDR2", b"\x00\x0b": "PL_CDR2"}
+_MOST_PADDING = 7  # bytes behind the last field
 
 
 class Layout(NamedTuple):
-    """What is in a message: a header or none, and how many doubles."""
+    """What is in a message: how many names, the first of which has a stamp before it, and how many doubles."""
 
-    stamped: bool
+    names: int
     doubles: int
 
 
 LAYOUTS = {
-    "geometry_msgs/msg/Wrench": Layout(False, 6),
-    "geometry_msgs/msg/WrenchStamped": Layout(True, 6),
-    "geometry_msgs/msg/PoseStamped": Layout(True, 7),
-    "geometry_msgs/msg/TwistStamped": Layout(True, 6),
+    "geometry_msgs/msg/Wrench": Layout(0, 6),
+    "geometry_msgs/msg/WrenchStamped": Layout(1, 6),
+    "geometry_msgs/msg/PoseStamped": Layout(1, 7),
+    "geometry_msgs/msg/TwistStamped": Layout(1, 6),
+    "geometry_msgs/msg/PoseWithCovarianceStamped": Layout(1, 7 + 36),
+    "geometry_msgs/msg/TwistWithCovarianceStamped": Layout(1, 6 + 36),
+    "geometry_msgs/msg/TransformStamped": Layout(2, 7),
+    "nav_msgs/msg/Odometry": Layout(2, 7 + 36 + 6 + 36),
 }
 
 
@@ -37,44 +54,128 @@ class Decoded(NamedTuple):
 
     stamp_ns: Integers  # (n,), zero without a header
     frame_ids: NDArray[np.object_]  # (n,) of str, empty without a header
+    child_ids: NDArray[np.object_]  # (n,) of str, empty without a second name
     values: Floats  # (n, doubles)
     unusual: Integers  # (k,)
 
 
+class NotCdrError(Exception):
+    """Bytes that are not a message of its layout; the text says why, after "the message"."""
+
+
 def decode(messages: Sequence[bytes], layout: Layout) -> Decoded:
-    """The stamps [ns], frames and doubles of serialised messages that all have that layout."""
+    """The stamps [ns], names and doubles of serialised messages that all have that layout."""
     count = len(messages)
-    stamp_ns, values = np.zeros(count, np.int64), np.zeros((count, layout.doubles))
-    frame_ids = np.full(count, "", object)
+    names = np.full(count, "", object), np.full(count, "", object)
+    found = Decoded(np.zeros(count, np.int64), *names, np.zeros((count, layout.doubles)), np.arange(count))
     usual = np.zeros(count, bool)
     lengths = np.fromiter(map(len, messages), np.int64, count)
-    for length in np.unique(lengths):
-        if length < _TEXT_AT:
+    for length in np.unique(lengths).tolist():
+        if length >= _TEXT_AT:
+            chosen = np.flatnonzero(lengths == length)
+            rows = np.frombuffer(b"".join([messages[i] for i in chosen.tolist()]), np.uint8).reshape(-1, length)
+            plain = (rows[:, :4] == np.frombuffer(_LITTLE_ENDIAN, np.uint8)).all(axis=1)
+            _decode_rows(rows[plain], chosen[plain], layout, found, usual)
+    return found._replace(unusual=np.flatnonzero(~usual))
+
+
+def _decode_rows(rows: Bytes, chosen: Integers, layout: Layout, found: Decoded, usual: NDArray[np.bool_]) -> None:
+    """Put what is in messages of one length, whose indices are ``chosen``, where it belongs; note which are usual."""
+    parts = [(rows, chosen, _TEXT_AT - 4 if layout.names else len(_LITTLE_ENDIAN))]
+    for names in (found.frame_ids, found.child_ids)[: layout.names]:
+        parts = [part for wider in parts for part in _by_name(*wider, names)]
+    for part, indices, end in parts:
+        first = _aligned(end, 8)
+        if part.shape[1] != first + 8 * layout.doubles:
             continue
-        at = np.flatnonzero(lengths == length)
-        data = np.frombuffer(b"".join([messages[i] for i in at.tolist()]), np.uint8).reshape(len(at), length)
-        plain = (data[:, :4] == np.frombuffer(_LITTLE_ENDIAN, np.uint8)).all(axis=1)
-        texts = _column(data, _TEXT_AT - 4, "<u4") if layout.stamped else np.zeros(len(at), np.uint32)
-        for text in np.unique(texts[plain]):
-            first = _doubles_at(int(text)) if layout.stamped else len(_LITTLE_ENDIAN)
-            if length != first + 8 * layout.doubles:
-                continue
-            mine = np.flatnonzero(plain & (texts == text))
-            rows, chosen = data[mine], at[mine]
-            if layout.stamped:
-                names, good = _names(rows[:, _TEXT_AT : _TEXT_AT + int(text)])
-                rows, chosen = rows[good], chosen[good]
-                frame_ids[chosen] = names[good]
-                stamp_ns[chosen] = _column(rows, 4, "<i4") * np.int64(NANOSECONDS) + _column(rows, 8, "<u4")
-            values[chosen] = np.ascontiguousarray(rows[:, first:]).view("<f8")
-            usual[chosen] = True
-    return Decoded(stamp_ns, frame_ids, values, np.flatnonzero(~usual))
+        if layout.names:
+            found.stamp_ns[indices] = _column(part, 4, "<i4") * np.int64(NANOSECONDS) + _column(part, 8, "<u4")
+        found.values[indices] = np.ascontiguousarray(part[:, first:]).view("<f8")
+        usual[indices] = True
+
+
+def _by_name(
+    rows: Bytes, chosen: Integers, end: int, names: NDArray[np.object_]
+) -> Iterator[tuple[Bytes, Integers, int]]:
+    """Parts of the rows in which the next name, which is noted, has one length, and where it ends."""
+    begin = _aligned(end, 4) + 4
+    if begin > rows.shape[1]:
+        return
+    lengths = _column(rows, begin - 4, "<u4")
+    for length in np.unique(lengths).tolist():
+        if 0 < length <= rows.shape[1] - begin:
+            mine = np.flatnonzero(lengths == length)
+            texts, good = _names(rows[mine, begin : begin + length])
+            mine = mine[good]
+            names[chosen[mine]] = texts[good]
+            yield rows[mine], chosen[mine], begin + length
+
+
+class One(NamedTuple):
+    """The contents of one message."""
+
+    stamp_ns: int
+    frame_id: str
+    child_id: str
+    values: list[float]
+
+
+def decode_one(data: bytes, layout: Layout) -> One:
+    """A message in any encoding that has the fields in a row. Raises NotCdrError for what is none of that layout."""
+    fields = _Fields(data)
+    stamp_ns = fields.number("i") * NANOSECONDS + fields.number("I") if layout.names else 0
+    frame_id, child_id = (fields.text() if place < layout.names else "" for place in range(2))
+    values = [fields.number("d") for _ in range(layout.doubles)]
+    fields.end()
+    return One(int(stamp_ns), frame_id, child_id, values)
+
+
+def decode_text(data: bytes) -> str:
+    """The text in a serialised std_msgs/msg/String. Raises NotCdrError for what is none."""
+    fields = _Fields(data)
+    text = fields.text()
+    fields.end()
+    return text
+
+
+class _Fields:
+    """The fields of a message, one after the other."""
+
+    def __init__(self, data: bytes):
+        encoding = data[:2]
+        if encoding not in _ENCODINGS:
+            known = _OTHER_ENCODINGS.get(encoding, f"0x{encoding.hex()}" if encoding else "nothing")
+            raise NotCdrError(f"is encoded as {known}; plain CDR would be right")
+        self._data, self._at = data, len(_LITTLE_ENDIAN)
+        self._order, self._most = _ENCODINGS[encoding]
+
+    def number(self, kind: str) -> Any:
+        """The next number, of that kind of struct."""
+        size = struct.calcsize(kind)
+        begin = _aligned(self._at, min(size, self._most))
+        self._at = begin + size
+        if self._at > len(self._data):
+            raise NotCdrError("is too short")
+        return struct.unpack_from(self._order + kind, self._data, begin)[0]
+
+    def text(self) -> str:
+        length = self.number("I")
+        text = self._data[self._at : self._at + length]
+        self._at += length
+        name = _name(text) if text else ""  # without even the NUL, as some write it
+        if name is None or len(text) < length:
+            raise NotCdrError("has no text where one must be")
+        return name
+
+    def end(self) -> None:
+        if len(self._data) - self._at > _MOST_PADDING:
+            raise NotCdrError("is too long")
 
 
 def encode(stamp_ns: Integers, frame_id: str, values: Floats) -> list[bytes]:
     """Serialised messages with a header and doubles: stamps [ns], shape (n,), the frame, and values, shape (n, k)."""
     text = frame_id.encode() + b"\0"
-    first = _doubles_at(len(text))
+    first = _aligned(_TEXT_AT + len(text), 8)
     data = np.zeros((len(stamp_ns), first + 8 * values.shape[1]), np.uint8)
     head = np.frombuffer(_LITTLE_ENDIAN, np.uint8)
     data[:, : len(head)] = head
@@ -88,21 +189,20 @@ def encode(stamp_ns: Integers, frame_id: str, values: Floats) -> list[bytes]:
     return [whole[at : at + size] for at in range(0, len(whole), size)]
 
 
-def _doubles_at(text: int) -> int:
-    """Where the doubles begin after a header whose text, with its NUL, has that length."""
-    end = _TEXT_AT + text
-    return end + (4 - end) % 8
+def _aligned(end: int, size: int) -> int:
+    """Where a number of that size begins that comes after ``end``, which counts the bytes of the encoding, too."""
+    return end + (len(_LITTLE_ENDIAN) - end) % size
 
 
-def _column(rows: NDArray[np.uint8], at: int, kind: str) -> Integers:
+def _column(rows: Bytes, at: int, kind: str) -> Integers:
     return np.ascontiguousarray(rows[:, at : at + 4]).view(kind)[:, 0]
 
 
-def _bytes_of(numbers: Integers, kind: str) -> NDArray[np.uint8]:
+def _bytes_of(numbers: Integers, kind: str) -> Bytes:
     return np.ascontiguousarray(numbers.astype(kind)[:, None]).view(np.uint8)
 
 
-def _names(texts: NDArray[np.uint8]) -> tuple[NDArray[np.object_], NDArray[np.bool_]]:
+def _names(texts: Bytes) -> tuple[NDArray[np.object_], NDArray[np.bool_]]:
     """Names in rows of bytes, and which of the rows are one text that ends with its only NUL."""
     whole, size = texts.tobytes(), texts.shape[1]
     rows = [whole[at : at + size] for at in range(0, len(whole), size)]

@@ -157,12 +157,20 @@ def read(texts: Iterable[str]) -> list[Entry]:
 def _read(place: int, line: str) -> Entry:
     try:
         values = json.loads(line)
-        entry = Entry(values.pop("time_ns"), values.pop("step"), values.pop("call"), values)
+        entry = Entry(_integer(values, "time_ns"), _integer(values, "step"), values.pop("call"), values)
         if entry.call not in (*_CALLS, SCENE, LOST):
             raise ValueError(f"call {entry.call!r} is not known to version {__version__}")
-    except (AttributeError, KeyError, TypeError, ValueError) as reason:
+    except (AttributeError, KeyError, RecursionError, TypeError, ValueError) as reason:
         raise BagError(f"entry {place} of the journal is not as rigid_body_node writes it: {reason!r}") from None
     return entry
+
+
+def _integer(values: Values, name: str) -> int:
+    """Taken out of the values. Raises TypeError for what is none."""
+    value = values.pop(name)
+    if type(value) is not int:
+        raise TypeError(f"{name} is no whole number")
+    return value
 
 
 @dataclass(frozen=True)
@@ -184,9 +192,10 @@ def beginning(entries: Iterable[Entry]) -> Beginning:
     first = next(iter(entries), None)
     if first is None or first.call != SCENE:
         raise BagError("the journal does not begin with a scene; give a bag whose first file is there")
-    values = first.values
+    values = dict(first.values)
     try:
-        return Beginning(Scene(values["parameters"]), values["epoch_ns"], values["version"], values["kernels"])
+        epoch_ns = _integer(values, "epoch_ns")
+        return Beginning(Scene(values["parameters"]), epoch_ns, values["version"], values["kernels"])
     except (KeyError, TypeError, ValueError) as reason:
         raise BagError(f"the scene in the journal cannot be read by version {__version__}: {reason}") from None
 
@@ -223,8 +232,9 @@ def _repeat(entry: Entry, simulation: Simulation) -> None:
     _go_to(simulation, entry.step, f"{entry.call} at step {entry.step}")
     try:
         _CALLS[entry.call](simulation, **entry.values)
-    except (TypeError, ValueError) as reason:
-        raise BagError(f"{entry.call} at step {entry.step} of the journal cannot be repeated: {reason}") from None
+    except (AttributeError, KeyError, TypeError, ValueError) as reason:
+        told = f"{type(reason).__name__}: {reason}" if not isinstance(reason, ValueError) else reason
+        raise BagError(f"{entry.call} at step {entry.step} of the journal cannot be repeated: {told}") from None
 
 
 def _go_to(simulation: Simulation, step: int, what: str) -> None:

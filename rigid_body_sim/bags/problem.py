@@ -16,7 +16,7 @@ from ..simulation import Simulation
 from . import journal as journals
 from . import timing, topics
 from .comparison import angles
-from .reading import Messages, Recording
+from .reading import ODOMETRY, POSE, TWIST, Messages, Recording
 from .rosbags_support import BagError
 
 NANOSECONDS = 1_000_000_000
@@ -71,6 +71,7 @@ class Problem:
     recorded: Floats | None  # (m, 7) poses
     pose_topic: str
     twist_topic: str
+    out_topics: tuple[str, str]  # under which poses (PoseStamped) and twists (TwistStamped) are written
     start: State | None = None  # None is the scene's
     commands: Commands | None = None
     journal: tuple[journals.Entry, ...] = ()
@@ -93,12 +94,28 @@ def prepare(recording: Recording, scene: Scene, choices: Choices = BY_WHAT_IS_TH
     if recording.journal:
         return _by_journal(recording, scene, pose, twist, notes)
     names = topics.commands(recording, scene, choices.topics)
-    unknown = [f"{name} ({recording.types[name]})" for name in topics.left_out(recording, names)]
-    if unknown:
-        notes.append(f"Left out, because only a journal tells when they took effect: {', '.join(unknown)}.")
+    if not names and pose is None:
+        raise BagError(
+            f"{recording.path}: has no topic of type {topics.A_COMMAND} with commands and none with poses, of type "
+            f"{topics.A_POSE}; it has {topics.there(recording)}"
+        )
+    notes += _not_taken(recording, names)
     if pose is None:
         return _without_poses(recording, scene, names, choices, notes)
     return _by_commands(recording, scene, names, pose, twist, choices, notes)
+
+
+def _not_taken(recording: Recording, names: Sequence[str]) -> list[str]:
+    """Sentences about what moved the body, perhaps, and is not taken for that."""
+    notes = []
+    if not names:
+        notes.append(f"The bag has no commands of type {topics.A_COMMAND}: the motion is a free one.")
+    if unknown := topics.left_out(recording, names):
+        told = topics.counted(recording, unknown)
+        notes.append(f"Left out, because only a journal tells when they took effect: {told}.")
+    if others := topics.not_used(recording, names):
+        notes.append(f"Not used: {topics.counted(recording, others)}; --topic chooses, once for each topic.")
+    return notes
 
 
 def _by_commands(
@@ -110,8 +127,8 @@ def _by_commands(
     choices: Choices,
     notes: list[str],
 ) -> Problem:
-    _check_frame(recording, pose, scene)
-    poses, twists = _poses_in_order(recording, pose, notes), recording.twists.get(twist or "")
+    _check_frames(recording, pose, scene)
+    poses, twists = _poses_in_order(recording, pose, notes), _twists(recording, twist, scene)
     first, start, told = _start(recording, scene, pose, poses, twists, choices.start)
     notes.append(told)
     poses = _chosen(poses, slice(first, None))
@@ -128,7 +145,8 @@ def _by_commands(
         _received(twists, poses),
         poses.values,
         pose,
-        twist or _beside(pose),
+        twist or topics.beside(pose, "twist"),
+        _out_topics(recording, pose, twist),
         start,
         commands,
         notes=tuple(filter(None, notes)),
@@ -175,7 +193,8 @@ def _by_journal(recording: Recording, scene: Scene, pose: str | None, twist: str
         _received(twists, poses),
         poses.values,
         pose,
-        twist or _beside(pose),
+        twist or topics.beside(pose, "twist"),
+        _out_topics(recording, pose, twist),
         journal=entries,
         notes=tuple(filter(None, notes)),
     )
@@ -203,9 +222,9 @@ def _without_poses(
     if count > MOST_POSES:
         raise BagError(f"{recording.path}: its commands span {count:.3g} poses at this publish_rate; give a lower one")
     stamp_ns = epoch_ns + np.rint(np.arange(count) * period).astype(np.int64)
-    pose = f"{names[0].rpartition('/')[0]}/pose"
+    out_topics = topics.beside(names[0], "pose"), topics.beside(names[0], "twist")
     told = tuple(filter(None, notes))
-    return Problem(epoch_ns, stamp_ns, stamp_ns, stamp_ns, None, pose, _beside(pose), commands=commands, notes=told)
+    return Problem(epoch_ns, stamp_ns, stamp_ns, stamp_ns, None, *out_topics, out_topics, commands=commands, notes=told)
 
 
 def _between_steps(since_ns: Integers, rate: float) -> str:
@@ -227,18 +246,40 @@ def _received(twists: Messages | None, poses: Messages) -> Integers:
     return received
 
 
-def _beside(pose: str) -> str:
-    return f"{pose.rpartition('/')[0]}/twist"
+def _out_topics(recording: Recording, pose: str, twist: str | None) -> tuple[str, str]:
+    """As recorded, where the messages are of the types that are written."""
+    twist = twist or topics.beside(pose, "twist")
+    return (
+        pose if recording.types[pose] == POSE else topics.beside(pose, "pose"),
+        twist if recording.types.get(twist, TWIST) == TWIST else topics.beside(twist, "twist"),
+    )
 
 
-def _check_frame(recording: Recording, pose: str, scene: Scene) -> None:
-    world = scene["world_frame_id"]
-    for name in dict.fromkeys(recording.poses[pose].frame_ids.tolist()):
-        if name.removeprefix("/") not in (world, ""):
+def _check_frames(recording: Recording, pose: str, scene: Scene) -> None:
+    messages = recording.poses[pose]
+    for name in dict.fromkeys(messages.frame_ids.tolist()):
+        if name.removeprefix("/") not in (scene["world_frame_id"], ""):
             raise BagError(
-                f"{recording.path}: {pose} is in frame {name!r}, the scene's world is {world!r}; give the scene of "
-                "this bag with --scene, or another topic with --pose"
+                f"{recording.path}: {pose} is in frame {name!r}, the scene's world is {scene['world_frame_id']!r}; "
+                "give the scene of this bag with --scene, or another topic with --pose"
             )
+    for name in dict.fromkeys(messages.child_ids.tolist()):
+        if name.removeprefix("/") not in (scene["body.frame_id"], ""):
+            raise BagError(
+                f"{recording.path}: {pose} is of frame {name!r}, the scene's body is {scene['body.frame_id']!r}; "
+                "give the scene of this bag with --scene, or another topic with --pose"
+            )
+
+
+def _twists(recording: Recording, twist: str | None, scene: Scene) -> Messages | None:
+    """The twists on that topic; those of an Odometry without a child frame are the body's, in its axes."""
+    if twist is None:
+        return None
+    twists = recording.twists[twist]
+    if recording.types[twist] != ODOMETRY:
+        return twists
+    frames = [name or scene["body.frame_id"] for name in twists.frame_ids.tolist()]
+    return replace(twists, frame_ids=np.array(frames, object))
 
 
 # Where it starts ------------------------------------------------------------------------------------------------------
@@ -294,8 +335,8 @@ def _first_with_twist(poses: Messages, twists: Messages | None) -> tuple[int, in
 
 
 def _state(recording: Recording, scene: Scene, poses: Messages, index: int, twists: Messages, twist: int) -> State:
-    values, frame = poses.values[index], twists.frame_ids[twist].removeprefix("/")
-    orientation, velocity, w = values[3:7], twists.values[twist, :3], twists.values[twist, 3:]
+    values, frame = poses.values[index].tolist(), twists.frame_ids[twist].removeprefix("/")
+    orientation, velocity, w = values[3:7], twists.values[twist, :3].tolist(), twists.values[twist, 3:].tolist()
     if frame not in (scene["body.frame_id"], scene["world_frame_id"]):
         raise BagError(
             f"{recording.path}: twists are in frame {frame!r}; the scene knows {scene['body.frame_id']!r} and "
@@ -304,8 +345,10 @@ def _state(recording: Recording, scene: Scene, poses: Messages, index: int, twis
     try:
         orientation = rotation.normalize(orientation)
         if frame == scene["body.frame_id"]:
-            return State(values[:3], orientation, rotation.rotate(orientation, velocity), w)
-        return State(values[:3], orientation, velocity, rotation.rotate_back(orientation, w))
+            velocity = rotation.rotate(orientation, velocity).tolist()
+        else:
+            w = rotation.rotate_back(orientation, w).tolist()
+        return State(values[:3], orientation, velocity, w)
     except ValueError as reason:
         raise BagError(f"{recording.path}: cannot start from the recorded pose and twist: {reason}") from None
 
@@ -345,10 +388,11 @@ def _in_lockstep(
     recording: Recording, names: Sequence[str], scene: Scene, start: Messages | None, notes: list[str]
 ) -> Commands:
     """In the order in which they were received; of a bag that begins late, those after its first pose."""
-    notes.append(
-        f"Lockstep: each command on {names[0]} advances the simulation by {scene['steps_per_command']} steps, "
-        "in the order in which they were received."
-    )
+    if names:
+        notes.append(
+            f"Lockstep: each command on {names[0]} advances the simulation by {scene['steps_per_command']} steps, "
+            "in the order in which they were received."
+        )
     given = [recording.wrenches[name] for name in names]
     merged = _merged(names, given, [messages.receive_ns for messages in given])
     if start is None:
@@ -357,6 +401,10 @@ def _in_lockstep(
 
 
 def _merged(names: Sequence[str], given: Sequence[Messages], times_ns: Sequence[Integers]) -> Commands:
+    if not names:
+        return Commands(
+            (), *(np.zeros(shape, kind) for shape, kind in ((0, int), (0, int), ((0, 6), float), (0, object)))
+        )
     time_ns = np.concatenate(times_ns)
     order = np.argsort(time_ns, kind="stable")
     topic = np.repeat(np.arange(len(given)), [len(messages) for messages in given])
@@ -366,4 +414,5 @@ def _merged(names: Sequence[str], given: Sequence[Messages], times_ns: Sequence[
 
 
 def _chosen(messages: Messages, which: Integers | NDArray[np.bool_] | slice) -> Messages:
-    return Messages(*(getattr(messages, name)[which] for name in ("receive_ns", "stamp_ns", "values", "frame_ids")))
+    names = ("receive_ns", "stamp_ns", "values", "frame_ids", "child_ids")
+    return Messages(*(getattr(messages, name)[which] for name in names))

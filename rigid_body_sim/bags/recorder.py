@@ -23,9 +23,9 @@ class Recorder:
     """Records messages of some topics, and a journal, as a bag at ``folder``, which must not exist.
 
     A message that finds the buffer full is dropped and counted, unless ``patient()``: then whoever brings it waits for
-    room. Entries of the journal find room in as much again, and where one does not, an entry says so. When the disk
-    does not take what is written, recording ends, ``failure`` says why, and all that comes is dropped. One thread may
-    bring messages.
+    room. One that is larger than the buffer never finds room: it is dropped, and ``too_large`` says so. Entries of the
+    journal find room in as much again, and where one does not, an entry says so. When the disk does not take what is
+    written, recording ends, ``failure`` says why, and all that comes is dropped. One thread may bring messages.
 
     Log times are the wall clock's at the start and go on with the monotonic clock, so that they never jump. No two are
     the same: they tell the order in which messages of all topics and entries came.
@@ -41,7 +41,7 @@ class Recorder:
         patient: Callable[[], bool] = lambda: False,
         capacity: int = CAPACITY,
     ):
-        self._folder = folder
+        self._folder, self._names = folder, [topic.name for topic in topics]
         self._writer = BagWriter(folder, [*topics, Topic(journal_topic, journal.TYPE)])
         self._journal_place = len(topics)
         self._patient, self._capacity = patient, capacity
@@ -52,7 +52,7 @@ class Recorder:
         self._room_taken = self._accepted = self._refused = 0
         self._room_freed = 0
         self._out_of_patience = self._in_hole = False
-        self.failure = ""
+        self.failure = self.too_large = ""
         self._ending = threading.Event()
         self._thread = threading.Thread(target=self._write_until_the_end, name="recorder", daemon=True)
         self._thread.start()
@@ -71,7 +71,15 @@ class Recorder:
 
     def put(self, place: int, data: bytes) -> None:
         """Record a serialised message of the topic at ``place``, now."""
-        self._put(place, data, len(data) + _BESIDE_DATA, self._capacity)
+        room = len(data) + _BESIDE_DATA
+        if room > self._capacity:  # no waiting makes room for it, and what comes after it need not suffer
+            self._refused += 1
+            self.too_large = (
+                f"a message of {len(data)} bytes on {self._names[place]} is not recorded: the recorder's buffer has "
+                f"{self._capacity} bytes; all others are recorded"
+            )
+            return
+        self._put(place, data, room, self._capacity)
 
     def put_entry(self, step: int, call: str, values: journal.Values) -> None:
         """Record an entry of the journal, of a call told by a JournaledSimulation."""
@@ -81,9 +89,12 @@ class Recorder:
         self._in_hole = not fits
 
     def _put(self, place: int, content: Any, room: int, capacity: int) -> bool:
-        if self.failure or (self._room_taken + room - self._room_freed > capacity and not self._wait_for(room)):
+        full = self._room_taken + room - self._room_freed > capacity
+        if self.failure or (full and not self._wait_for(room)):
             self._refused += 1
             return False
+        if not full:
+            self._out_of_patience = False  # the disk takes something again
         self._append(place, content, room)
         return True
 

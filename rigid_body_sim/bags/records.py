@@ -4,39 +4,33 @@ rosbags reads none of the latter, and takes several times as long for the others
 """
 
 import struct
-from collections.abc import Iterator
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+
+from . import unpacking
+from .content import Channel, Contents, DamagedError
 
 MAGIC = b"\x89MCAP0\r\n"
 _HEAD = struct.Struct("<BQ")
 _MESSAGE_HEAD = struct.Struct("<HIQQ")
-_FOOTER, _SCHEMA, _CHANNEL, _MESSAGE, _CHUNK = 2, 3, 4, 5, 6
-
-
-class DamagedError(Exception):
-    """A file that has an end, but not all of what lies before it."""
-
-
-def is_mcap(path: Path) -> bool:
-    """Whether a file begins as MCAP."""
-    with path.open("rb") as file:
-        return file.read(len(MAGIC)) == MAGIC
+_FOOTER, _SCHEMA, _CHANNEL, _MESSAGE, _CHUNK, _STATISTICS = 2, 3, 4, 5, 6, 11
+_READ = (_SCHEMA, _CHANNEL, _MESSAGE, _CHUNK, _STATISTICS)
 
 
 def lacks_end(path: Path) -> bool:
     """Whether a file that begins as MCAP does not end as such."""
     with path.open("rb") as file:
         file.seek(max(file.seek(0, 2) - len(MAGIC), 1))
-        return is_mcap(path) and file.read() != MAGIC
+        return file.read() != MAGIC
 
 
-def scan(path: Path) -> Iterator[tuple[Any, int, bytes]]:
-    """Connection (of rosbags, without a count), log time [ns] and bytes of each message, in the order in the file.
+def scan(path: Path, contents: Contents) -> None:
+    """Add the messages of a file that begins as MCAP, in the order in the file.
 
-    Of a file without an end, of those in whole records. Raises DamagedError for another file in which one is not whole.
+    Of a file without an end, those in whole records. Raises DamagedError for another file in which one is not whole,
+    or which has fewer messages than its end tells of.
     """
-    whole, connections = not lacks_end(path), _Connections()
+    whole, channels = not lacks_end(path), _Channels(contents)
     with path.open("rb") as file:
         size = file.seek(0, 2)
         file.seek(len(MAGIC))
@@ -44,16 +38,21 @@ def scan(path: Path) -> Iterator[tuple[Any, int, bytes]]:
             kind, length = _HEAD.unpack(head)
             if length > size - file.tell():
                 break
-            data = file.read(length)
             if kind == _FOOTER:
+                channels.check_count()
                 return
-            yield from _messages_in(_unpacked(data) if kind == _CHUNK else head + data, connections)
+            if kind not in _READ:  # an attachment, say
+                file.seek(length, 1)
+                continue
+            unpacking.check_size("a record", length)
+            data = file.read(length)
+            _take(_unpacked(data) if kind == _CHUNK else head + data, channels)
     if whole:
         raise DamagedError("a record reaches beyond the end of the file")
 
 
-def _messages_in(records: bytes, connections: "_Connections") -> Iterator[tuple[Any, int, bytes]]:
-    """The messages in records that follow one another; what they say of connections is noted."""
+def _take(records: bytes, channels: "_Channels") -> None:
+    """Take the messages in records that follow one another; what they say of channels is noted."""
     at, unpack_head, unpack_message = 0, _HEAD.unpack_from, _MESSAGE_HEAD.unpack_from
     while at < len(records):
         kind, length = unpack_head(records, at)
@@ -63,49 +62,69 @@ def _messages_in(records: bytes, connections: "_Connections") -> Iterator[tuple[
             raise DamagedError("a record reaches beyond the end of its chunk")
         if kind == _MESSAGE:
             number, _, log_ns, _ = unpack_message(records, begin)
-            if number in connections:
-                yield connections[number], log_ns, records[begin + _MESSAGE_HEAD.size : end]
+            take_time, take_data = channels[number]
+            take_time(log_ns)
+            take_data(records[begin + _MESSAGE_HEAD.size : end])
+            channels.count += 1
         elif kind == _SCHEMA:
-            connections.note_schema(records[begin:end])
+            channels.note_schema(records[begin:end])
         elif kind == _CHANNEL:
-            connections.note_channel(records[begin:end])
+            channels.note_channel(records[begin:end])
+        elif kind == _STATISTICS:
+            (channels.told,) = struct.unpack_from("<Q", records, begin)
         at = end
 
 
-class _Connections(dict[int, Any]):
-    """By number of the channel, as the records of the file tell."""
+class _Channels(dict[int, tuple[Callable[[int], None], Callable[[bytes], None]]]):
+    """What takes times and bytes of messages, by number of the channel, as the records of the file tell."""
 
-    def __init__(self) -> None:
+    def __init__(self, contents: Contents) -> None:
         super().__init__()
-        self._schemas: dict[int, tuple[str, Any]] = {}
+        self._contents = contents
+        self._schemas: dict[int, tuple[str, str, str]] = {0: ("", "", "")}  # name, how it is written, definition
+        self._channels: dict[int, Channel] = {}
+        self.count = self.told = 0  # messages: that were there, and that the end of the file tells of
+
+    def __missing__(self, number: int) -> tuple[Callable[[int], None], Callable[[bytes], None]]:
+        raise DamagedError(f"a message is of channel {number}, of which no record before it tells")
+
+    def check_count(self) -> None:
+        if self.count < self.told:
+            raise DamagedError(f"{self.count} messages are there of the {self.told} that its end tells of")
 
     def note_schema(self, data: bytes) -> None:
-        from rosbags.interfaces import MessageDefinition, MessageDefinitionFormat
-
         (number,) = struct.unpack_from("<H", data)
         name, at = _text(data, 2)
         encoding, at = _text(data, at)
         definition, _ = _text(data, at)
-        kind = MessageDefinitionFormat.MSG if encoding == "ros2msg" else MessageDefinitionFormat.IDL
-        self._schemas[number] = name, MessageDefinition(kind, definition)
+        self._schemas[number] = _full_name(name), encoding, definition
 
     def note_channel(self, data: bytes) -> None:
-        from rosbags.interfaces import Connection, ConnectionExtRosbag2, MessageDefinition, MessageDefinitionFormat
-
         number, schema = struct.unpack_from("<HH", data)
         topic, at = _text(data, 4)
         encoding, _ = _text(data, at)
-        name, definition = self._schemas.get(schema, ("", MessageDefinition(MessageDefinitionFormat.NONE, "")))
-        extra = ConnectionExtRosbag2(encoding, [])
-        self.setdefault(number, Connection(number, topic, name, definition, "", 0, extra, None))
+        if schema not in self._schemas:
+            raise DamagedError(f"topic {topic} is of schema {schema}, of which no record before it tells")
+        name, written, definition = self._schemas[schema]
+        channel = Channel(topic, name, encoding, written, definition)
+        if self._channels.setdefault(number, channel) != channel:
+            raise DamagedError(f"two records tell different things of channel {number}")
+        self[number] = self._contents.of(channel).takers()
+
+
+def _full_name(name: str) -> str:
+    """The name of a type as rosbag2 has it, of one that other writers have without "msg", or as in IDL."""
+    parts = name.replace("::", "/").split("/")
+    return "/".join((parts[0], "msg", parts[1])) if len(parts) == 2 else "/".join(parts)
 
 
 def _unpacked(chunk: bytes) -> bytes:
-    from rosbags.rosbag2.storage_mcap import decompress
-
     size, checksum = struct.unpack_from("<QI", chunk, 16)
-    compression, at = _text(chunk, 28)
-    return decompress(chunk[at + 8 :], compression, size, checksum)
+    packing, at = _text(chunk, 28)
+    (length,) = struct.unpack_from("<Q", chunk, at)
+    if at + 8 + length > len(chunk):
+        raise DamagedError("a chunk reaches beyond the end of its record")
+    return unpacking.chunk(chunk[at + 8 : at + 8 + length], packing, size, checksum)
 
 
 def _text(data: bytes, at: int) -> tuple[str, int]:

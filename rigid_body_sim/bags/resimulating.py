@@ -20,6 +20,10 @@ from .problem import Commands, Problem
 from .rosbags_support import BagError
 
 _AT_ONCE = 4096  # commands or messages between two reports of progress
+_LAST = 10  # poses that tell whether commands before them are missing: a recorder that is late mixes up a few
+TO_MISS_NONE = (
+    "start the first command when node and recorder hear it (ros2 topic pub -w 2), or let the node record (record.path)"
+)
 
 Progress = Callable[[float], None]  # is told the simulated time [s] since the start
 
@@ -33,6 +37,7 @@ class Track:
     steps: int
     refused: int = 0  # commands left out, as the node leaves them out
     reason: str = ""  # why, of the first
+    doubt: str = ""  # what makes it doubtful that the bag has the commands that the node took, in lockstep
 
     @property
     def poses(self) -> Floats:
@@ -87,6 +92,7 @@ class _Run:
         self._limit = _limit(scene)
         self._meanings: dict[str, commands.Meaning] = {}
         self._refused, self._reason = 0, ""
+        self._led_ns: list[int] = []  # in lockstep, times of receipt of the commands that led to a step
 
     def track(self) -> Track:
         """Simulate up to the last sample."""
@@ -98,7 +104,8 @@ class _Run:
             self._follow_times(given)
         if self._refused and self._refused == len(given.values):
             raise BagError(f"none of the {self._refused} commands can be used: {self._reason}")
-        return Track(self._motion, _hash(self._simulation), self._simulation.steps, self._refused, self._reason)
+        doubt = self._doubt() if self._led_ns else ""
+        return Track(self._motion, _hash(self._simulation), self._simulation.steps, self._refused, self._reason, doubt)
 
     def _follow_times(self, given: Commands) -> None:
         simulation, accept, hold = self._simulation, self._accept, self._hold
@@ -136,14 +143,28 @@ class _Run:
         self._advance(0)
         for block in _blocks(0, len(given.values)):
             self._progress(simulation.time)
-            for topic, frame_id, force, torque in zip(*_columns(given.part(block)), strict=True):
+            rows = zip(given.time_ns[block].tolist(), *_columns(given.part(block)), strict=True)
+            for receive_ns, topic, frame_id, force, torque in rows:
                 if self._accept(topic, frame_id, force, torque, self._hold) and topic == given.topics[0]:
+                    self._led_ns.append(receive_ns)
                     self._advance(simulation.steps + n)
         if self._taken < len(self._steps):
             raise BagError(
-                f"the commands lead to step {simulation.steps}, but the poses go on to step {self._steps[-1]}; some "
-                "commands, or steps that were asked for by a service, are not in the bag"
+                f"the commands lead to step {simulation.steps}, but the poses go on to step {self._steps[-1]}: some "
+                f"commands, or steps that were asked for by a service, are not in the bag; {TO_MISS_NONE}"
             )
+
+    def _doubt(self) -> str:
+        """Whether commands and poses were received as they are in lockstep: each command before the pose it led to."""
+        wanted = np.array(self._steps) // self._scene["steps_per_command"]
+        ahead = np.searchsorted(self._led_ns, self._problem.receive_ns, side="right") - wanted
+        if (ahead[-_LAST:] < 0).all():
+            what = "The last poses were received before the commands that lead to them: the bag may lack some"
+            return f"{what}; {TO_MISS_NONE}."
+        if (ahead > 0).all():
+            what = f"At every pose more commands had been received than lead to it, by {ahead.min()} or more"
+            return f"{what}: the node may have missed them; {TO_MISS_NONE}."
+        return ""
 
     def _accept(
         self, topic: str, frame_id: str, force: commands.Vector, torque: commands.Vector, hold: float | None

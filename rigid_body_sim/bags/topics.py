@@ -3,48 +3,74 @@
 from collections.abc import Collection, Mapping, Sequence
 
 from ..scene.loader import Scene
-from .reading import Messages, Recording
+from .reading import POSES, Messages, Recording
 from .rosbags_support import BagError
 
 NOT_COMMANDS = ("impulse", "wrench_applied")  # of type WrenchStamped, too
 MOST_LISTED = 12
 OTHERS = ("impulse", "set_pose", "set_twist")  # which change the motion without being wrench commands
+USUAL = ("pose", "odom")  # names of the topics that have the body's poses
+A_COMMAND = "geometry_msgs/WrenchStamped or Wrench"
+A_POSE = "geometry_msgs/PoseStamped, PoseWithCovarianceStamped or TransformStamped, or nav_msgs/Odometry"
 
 
 def commands(recording: Recording, scene: Scene, asked: Sequence[str]) -> tuple[str, ...]:
     """Names of the topics with wrench commands: those asked for, else those of the scene, else the only one.
 
-    The first leads in lockstep. Raises BagError when there is none, or no telling which.
+    The first leads in lockstep. None for a bag with poses and without commands. Raises BagError when there is neither,
+    or no telling which.
     """
     if asked:
-        return tuple(_of_type(recording, name, recording.wrenches, "WrenchStamped or Wrench") for name in asked)
+        heard = [name for name in asked if not any(_is(silent, name) for silent in recording.silent)]
+        return tuple(_of_type(recording, name, recording.wrenches, A_COMMAND) for name in heard)
     found = [name for name in recording.wrenches if _last(name) not in NOT_COMMANDS]
     named = [[name for name in found if _is(name, topic)] for topic in scene["wrench.topics"]]
     if any(named) and all(len(names) <= 1 for names in named):
         return tuple(dict.fromkeys(name for names in named for name in names))
-    if len(found) == 1:
+    if len(found) <= 1:
         return tuple(found)
-    kind = "geometry_msgs/WrenchStamped or Wrench"
-    if not found:
-        raise BagError(
-            f"{recording.path}: has no topic of type {kind} with commands; it has "
-            + _listed([f"{name} ({its})" for name, its in recording.types.items()])
-        )
-    raise BagError(f"{recording.path}: has several topics of type {kind}: {_listed(found)}; choose with --topic")
+    raise BagError(f"{recording.path}: has several topics of type {A_COMMAND}: {_listed(found)}; choose with --topic")
 
 
 def pose(recording: Recording, scene: Scene, asked: str | None) -> str | None:
-    """Name of the topic with the body's poses; None when there is none. Raises BagError when there is no telling."""
-    return _one(recording, recording.poses, "pose", "PoseStamped", asked, scene["world_frame_id"])
+    """Name of the topic with the body's poses; None when there is none. Raises BagError when there is no telling.
+
+    That is the one asked for, else the one named ``pose``, else ``odom``, else the only one of a type, in the order of
+    POSES.
+    """
+    if asked is not None:
+        return _of_type(recording, asked, recording.poses, A_POSE)
+    found = [name for name in recording.poses if _last(name) != "set_pose"]
+    groups = [[name for name in found if _last(name) == usual] for usual in USUAL]
+    groups += [[name for name in found if recording.types[name] == kind] for kind in POSES]
+    likeliest = next(filter(None, groups), [])
+    if len(likeliest) > 1:
+        raise BagError(
+            f"{recording.path}: has several topics of type {recording.types[likeliest[0]]}: {_listed(likeliest)}; "
+            f"choose the body's in {scene['world_frame_id']!r} with --pose"
+        )
+    return next(iter(likeliest), None)
 
 
 def twist(recording: Recording, pose: str | None) -> str | None:
-    """Name of the topic with the twists that go with ``pose``: ``twist`` beside it, or else the only one."""
+    """Name of the topic with the twists: that of the poses, else ``twist`` or ``odom`` beside it, else the only one."""
     if pose is None:
         return None
-    beside = f"{pose.rpartition('/')[0]}/twist"
     found = [name for name in recording.twists if _last(name) != "set_twist"]
-    return beside if beside in found else found[0] if len(found) == 1 else None
+    for name in (pose, beside(pose, "twist"), beside(pose, "odom")):
+        if name in found:
+            return name
+    return found[0] if len(found) == 1 else None
+
+
+def beside(topic: str, last: str) -> str:
+    """A topic in the namespace of another one."""
+    return f"{topic.rpartition('/')[0]}/{last}"
+
+
+def there(recording: Recording) -> str:
+    """The topics of a bag and their types, in words."""
+    return _listed([f"{name} ({kind or 'without a type'})" for name, kind in recording.types.items()])
 
 
 def left_out(recording: Recording, known: Collection[str]) -> list[str]:
@@ -52,19 +78,14 @@ def left_out(recording: Recording, known: Collection[str]) -> list[str]:
     return [name for name in recording.types if _last(name) in OTHERS and name not in known]
 
 
-def _one(
-    recording: Recording, messages: Mapping[str, Messages], usual: str, kind: str, asked: str | None, frame: str
-) -> str | None:
-    if asked is not None:
-        return _of_type(recording, asked, messages, kind)
-    found = [name for name in messages if _last(name) != f"set_{usual}"]
-    usually = [name for name in found if _last(name) == usual]
-    if len(found) > 1 and len(usually) != 1:
-        raise BagError(
-            f"{recording.path}: has several topics of type {kind}: {_listed(found)}; choose the body's in {frame!r} "
-            f"with --{usual}"
-        )
-    return next(iter(usually or found), None)
+def not_used(recording: Recording, known: Collection[str]) -> list[str]:
+    """Further topics that may be commands."""
+    return [name for name in recording.wrenches if _last(name) not in NOT_COMMANDS and name not in known]
+
+
+def counted(recording: Recording, names: Collection[str]) -> str:
+    """Topics in words, with the number and the type of their messages."""
+    return _listed([f"{name} ({recording.counts[name]} {recording.types[name]})" for name in names])
 
 
 def _of_type(recording: Recording, asked: str, messages: Mapping[str, Messages], kind: str) -> str:
@@ -73,8 +94,7 @@ def _of_type(recording: Recording, asked: str, messages: Mapping[str, Messages],
         raise BagError(f"{recording.path}: has no topic {asked}; it has {_listed(recording.types)}")
     if found[0] not in messages:
         raise BagError(
-            f"{recording.path}: topic {found[0]} is of type {recording.types[found[0]]}; give one of type "
-            f"geometry_msgs/{kind}"
+            f"{recording.path}: topic {found[0]} is of type {recording.types[found[0]]}; give one of type {kind}"
         )
     return found[0]
 

@@ -158,18 +158,28 @@ class BagWriter:
 
 
 def _open(folder: Path) -> Any:
-    """rosbags' writer, with its file made. Raises BagError when it cannot be."""
+    """rosbags' writer, with its file made: ``NAME_0.mcap``, as rosbag2 names the first file of the folder NAME.
+
+    rosbags leaves the number out, and then ``ros2 bag reindex`` does not see the file. Raises BagError when it cannot
+    be made.
+    """
     require()
     from rosbags.rosbag2 import StoragePlugin, Writer, WriterError
 
     try:
         bag = Writer(folder, version=9, storage_plugin=StoragePlugin.MCAP)
         bag.open()
+        bag.storage.path = bag.storage.path.rename(file_in(folder))
     except WriterError:
         raise BagError(f"{folder} exists already; give a folder that does not exist yet") from None
     except OSError as reason:
         raise BagError(f"{folder} cannot be made ({reason.strerror}); give a folder that can be") from None
     return bag
+
+
+def file_in(folder: Path) -> Path:
+    """The file of a bag that is written here."""
+    return folder / f"{folder.name}_0.mcap"
 
 
 def _qos(topic: Topic) -> Any:

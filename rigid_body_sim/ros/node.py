@@ -42,7 +42,7 @@ class RigidBodyNode(Node):
         self._changes = parameters.Changes(self, self.scene, self._take)
         # After all that may refuse to start, so that no bag is left behind.
         self._recorder = recording.start(self, self.scene, self.loop, [*self._outputs.channels, *self._inputs.inputs])
-        self._told_failure_to_record = False
+        self._told_of_recording: set[str] = set()
         self._report_due_ns = time.monotonic_ns() + NANOSECONDS
         self._last_reading = self._reading()
         self._plans_told: set[str] = set()
@@ -53,14 +53,19 @@ class RigidBodyNode(Node):
         """Close the bag, and leave the network."""
         if self._recorder is not None:
             self._recorder.close()
-            self._tell_failure_to_record()
+            self._tell_of_recording()
         super().destroy_node()
 
-    def _tell_failure_to_record(self) -> None:
-        """Log, once, that the recorder has stopped."""
-        if self._recorder is not None and self._recorder.failure and not self._told_failure_to_record:
-            self._told_failure_to_record = True
-            self.get_logger().error(self._recorder.failure)
+    def _tell_of_recording(self) -> None:
+        """Log, each sentence once, that the recorder has stopped, or that a message was too large for it."""
+        if (recorder := self._recorder) is None:
+            return
+        new = {recorder.too_large, recorder.failure} - self._told_of_recording - {""}
+        self._told_of_recording |= new
+        if recorder.too_large in new:
+            self.get_logger().warning(recorder.too_large)
+        if recorder.failure in new:
+            self.get_logger().error(recorder.failure)
 
     def _epoch_ns(self) -> int:
         """Stamp of simulated time zero: zero where this node makes the time or repeats to the bit, else now."""
@@ -174,7 +179,7 @@ class RigidBodyNode(Node):
         messages.stamp(report.header, self.get_clock().now().nanoseconds)
         self._diagnostics_publisher.publish(report)
         self._tell_plan()
-        self._tell_failure_to_record()
+        self._tell_of_recording()
         self._tell_namesakes()
         self._last_reading = reading
         self._report_due_ns = now_ns + NANOSECONDS

@@ -17,6 +17,7 @@ from ..bags.problem import Choices, Problem
 from ..bags.reading import Recording, read
 from ..bags.resimulating import Progress, Track
 from ..bags.rosbags_support import HOW_TO_INSTALL, BagError
+from ..bags.topics import A_POSE, there
 from ..scene.loader import Scene, load_scene
 from ..scene.schema import one_line
 from ..simulation import SimulationError
@@ -98,7 +99,9 @@ def _parser() -> argparse.ArgumentParser:
         metavar="NAME",
         help="topic with commands (default: those of wrench.topics, or the only one); several times for several",
     )
-    parser.add_argument("--pose", metavar="NAME", help="topic with the poses of the body")
+    parser.add_argument(
+        "--pose", metavar="NAME", help="topic with the poses of the body (default: pose, else odom, else the only one)"
+    )
     parser.add_argument(
         "--times",
         choices=(timing.HEADER, timing.RECEIVE),
@@ -111,7 +114,7 @@ def _parser() -> argparse.ArgumentParser:
         help="initial state: the scene's, or the first recorded pose and twist (default: the scene's when the first "
         "pose is that)",
     )
-    parser.add_argument("--recover", action="store_true", help="of a file that has no end, take what is whole")
+    parser.add_argument("--recover", action="store_true", help="of a bag that is not whole, take what is")
     group = parser.add_argument_group("many runs")
     group.add_argument(
         "--vary",
@@ -156,10 +159,11 @@ def _simulate_again(options: argparse.Namespace) -> int:
     compared = options.compare or picture is not None or options.tolerance is not None or options.out is None
     if options.out is not None:
         resim_output.check(options.out)
-    scene, problem = _prepared(options)
+    recording, scene, problem = _prepared(options)
     if compared and problem.recorded is None:
         raise BagError(
-            f"{options.bag}: has no topic of type geometry_msgs/PoseStamped to compare with; give --out alone"
+            f"{options.bag}: has no topic with poses to compare with, of type {A_POSE}; it has {there(recording)}; "
+            "give --out alone"
         )
     track = _timed_run(problem, scene)
     if options.out is not None:
@@ -181,7 +185,7 @@ def _stem(bag: Path) -> str:
     return bag.absolute().name.split(".")[0]
 
 
-def _prepared(options: argparse.Namespace) -> tuple[Scene, Problem]:
+def _prepared(options: argparse.Namespace) -> tuple[Recording, Scene, Problem]:
     """Read the bag and say what is in it."""
     recording = read(options.bag, recover=options.recover)
     if recording.journal and (options.topic or options.times or options.start):
@@ -198,7 +202,7 @@ def _prepared(options: argparse.Namespace) -> tuple[Scene, Problem]:
     choices = Choices(tuple(options.topic), options.pose, options.times, options.start)
     problem = problems.prepare(recording, scene, choices)
     _tell(recording, problem, told)
-    return scene, problem
+    return recording, scene, problem
 
 
 def _scene_in(path: Path) -> Scene:
@@ -214,7 +218,7 @@ def _tell(recording: Recording, problem: Problem, told: str) -> None:
     commands = _counted(len(problem.journal) - 1, "journal entry", "journal entries")
     if problem.commands is not None:
         commands = _counted(len(problem.commands.values), "command", "commands")
-        commands += f" on {', '.join(problem.commands.topics)}"
+        commands = f"{commands} on {', '.join(problem.commands.topics)}" if problem.commands.topics else "no commands"
     poses = "no poses"
     if problem.recorded is not None:
         poses = f"{_counted(len(problem.recorded), 'pose', 'poses')} on {problem.pose_topic}"
@@ -258,7 +262,10 @@ def _compare(problem: Problem, track: Track, options: argparse.Namespace, pictur
         resim_picture.draw(comparison, tolerance, f"{options.bag.name} simulated again", picture)
         print(f"Picture: {picture}")
     _tell_errors(comparison)
-    return _verdict(comparison, tolerance)
+    status = _verdict(comparison, tolerance)
+    if status == DIFFERS and track.doubt:
+        print(f"  {track.doubt}")
+    return status
 
 
 def _tell_errors(comparison: Comparison) -> None:
@@ -303,7 +310,7 @@ def _vary(options: argparse.Namespace) -> int:
         raise ValueError("--workers is for processes of this machine; leave it or --dask out")
     variations = [sweep.variation(text) for text in options.vary]
     sweep.check(variations)
-    scene, problem = _prepared(options)
+    _, scene, problem = _prepared(options)
     path = options.csv or Path(f"{_stem(options.bag)}.csv")
     table = sweep.Table(path, problem, scene, variations)
     runs = sweep.processes(options.workers or os.cpu_count() or 1) if options.dask is None else sweep.dask(options.dask)

@@ -32,7 +32,7 @@ def write(path: Path, problem: Problem, scene: Scene, track: Track) -> None:
     path = path.absolute()
     beside = Path(tempfile.mkdtemp(prefix=f".{path.name}.", dir=path.parent))
     try:
-        topics = [Topic(problem.pose_topic, POSE), Topic(problem.twist_topic, TWIST)]
+        topics = [Topic(name, kind) for name, kind in zip(problem.out_topics, (POSE, TWIST), strict=True)]
         with BagWriter(beside / path.name, topics) as bag:
             bag.write(_messages(problem, scene, track))
         check(path)

@@ -1,11 +1,24 @@
 """Bags made by rosbags for the tests, as other recorders make them."""
 
+import contextlib
+import shutil
+import sqlite3
+
 import numpy as np
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 
 STORE = get_typestore(Stores.ROS2_JAZZY)
 T = STORE.types
+TABLES = """
+CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT NOT NULL, type TEXT NOT NULL,
+  serialization_format TEXT NOT NULL{});
+CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER NOT NULL, timestamp INTEGER NOT NULL,
+  data BLOB NOT NULL);
+CREATE INDEX timestamp_idx ON messages (timestamp ASC);
+"""
+QOS, HASH = ", offered_qos_profiles TEXT NOT NULL", ", type_description_hash TEXT NOT NULL"
+COVARIANCE = np.arange(36.0)
 EPOCH_NS = 1_700_000_000_000_000_000
 
 
@@ -36,6 +49,31 @@ def pose_stamped(stamp_ns, frame_id, numbers):
 def twist_stamped(stamp_ns, frame_id, numbers):
     twist = T["geometry_msgs/msg/Twist"](vector(numbers[:3]), vector(numbers[3:]))
     return T["geometry_msgs/msg/TwistStamped"](header(stamp_ns, frame_id), twist)
+
+
+def odometry(stamp_ns, frame_id, child_id, pose, twist):
+    """``pose``: as of ``pose_stamped``; ``twist`` in the axes of the child."""
+    whole = pose_with_covariance(stamp_ns, frame_id, pose)
+    twist = twist_with_covariance(stamp_ns, child_id, twist).twist
+    return T["nav_msgs/msg/Odometry"](whole.header, child_id, whole.pose, twist)
+
+
+def pose_with_covariance(stamp_ns, frame_id, numbers):
+    plain = pose_stamped(stamp_ns, frame_id, numbers)
+    whole = T["geometry_msgs/msg/PoseWithCovariance"](plain.pose, COVARIANCE)
+    return T["geometry_msgs/msg/PoseWithCovarianceStamped"](plain.header, whole)
+
+
+def twist_with_covariance(stamp_ns, frame_id, numbers):
+    plain = twist_stamped(stamp_ns, frame_id, numbers)
+    whole = T["geometry_msgs/msg/TwistWithCovariance"](plain.twist, COVARIANCE)
+    return T["geometry_msgs/msg/TwistWithCovarianceStamped"](plain.header, whole)
+
+
+def transform_stamped(stamp_ns, frame_id, child_id, numbers):
+    w, x, y, z = map(float, numbers[3:7])
+    transform = T["geometry_msgs/msg/Transform"](vector(numbers[:3]), T["geometry_msgs/msg/Quaternion"](x, y, z, w))
+    return T["geometry_msgs/msg/TransformStamped"](header(stamp_ns, frame_id), child_id, transform)
 
 
 def text(data):
@@ -81,3 +119,36 @@ def some_messages():
             ("/chatter", now_ns + 6, text("not read")),
         ]
     return messages
+
+
+def add(database, messages):
+    """Put messages into a bag's tables, in one transaction."""
+    topics = {name: number for number, name in database.execute("SELECT id, name FROM topics")}
+    width = len(database.execute("SELECT * FROM topics LIMIT 0").description)
+    with database:
+        for name, receive_ns, message in messages:
+            kind = message.__msgtype__
+            if name not in topics:
+                topics[name] = len(topics) + 1
+                row = (topics[name], name, kind, "cdr", "", "")[:width]
+                database.execute(f"INSERT INTO topics VALUES ({','.join('?' * width)})", row)
+            data = bytes(STORE.serialize_cdr(message, kind))
+            row = topics[name], receive_ns, data
+            database.execute("INSERT INTO messages (topic_id, timestamp, data) VALUES (?, ?, ?)", row)
+
+
+def killed(folder, messages):
+    """A bag as a recorder leaves it that is killed: half of it is in the file, half in the log beside it."""
+    folder.mkdir()
+    with contextlib.closing(sqlite3.connect(folder / "live.db3")) as live:
+        live.execute("PRAGMA journal_mode=wal")
+        live.execute("PRAGMA wal_autocheckpoint=0")
+        live.executescript(TABLES.format(QOS))
+        add(live, messages[: len(messages) // 2])
+        live.execute("PRAGMA wal_checkpoint(TRUNCATE)")
+        for at in range(len(messages) // 2, len(messages), 10):
+            add(live, messages[at : at + 10])
+        for end in ("", "-wal", "-shm"):
+            shutil.copyfile(folder / f"live.db3{end}", folder / f"x_0.db3{end}")
+    (folder / "live.db3").unlink()
+    return folder

@@ -143,3 +143,40 @@ def with_journal(scene, given, seconds, also=()):
         while calls and calls[0][0] < (step + 1) * 1e9 / scene["rate"]:
             calls.pop(0)[1](simulation)
     return messages
+
+
+def stamp_ns(message):
+    return message.header.stamp.sec * 10**9 + message.header.stamp.nanosec
+
+
+def numbers_of(pose):
+    p, q = pose.position, pose.orientation
+    return p.x, p.y, p.z, q.w, q.x, q.y, q.z
+
+
+def vectors_of(twist):
+    return [getattr(part, axis) for part in (twist.linear, twist.angular) for axis in "xyz"]
+
+
+def told_by(messages, pose, twist=None):
+    """The same run with other messages in place of its poses, made by ``pose``, and of its twists."""
+    told, last = [], None
+    for topic, receive_ns, message in messages:
+        if topic == "/pose":
+            last = receive_ns, message
+        elif topic == "/twist":
+            told.append(pose(*last, message))
+            told += [] if twist is None else [twist(receive_ns, message)]
+        else:
+            told.append((topic, receive_ns, message))
+    return told
+
+
+def odometry(child="base_link", topic="/odom", world="world"):
+    """What makes an Odometry of a pose and a twist."""
+
+    def made(receive_ns, pose, twist):
+        values = numbers_of(pose.pose), vectors_of(twist.twist)
+        return topic, receive_ns, making.odometry(stamp_ns(pose), world, child, *values)
+
+    return made

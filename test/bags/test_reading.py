@@ -123,12 +123,10 @@ def test_big_endian_messages_are_read(tmp_path):
     assert wrench.stamp_ns.tolist() == [making.EPOCH_NS] * 2 and wrench.frame_ids.tolist() == ["base_link"] * 2
 
 
-@pytest.mark.parametrize("kind", cdr.LAYOUTS)
+@pytest.mark.parametrize("kind", [kind for kind, layout in cdr.LAYOUTS.items() if layout.names == 1])
 @pytest.mark.parametrize("frame_id", ("", "w", "world", "base_link", "größe", "f" * 300))
 def test_encoded_is_what_rosbags_makes(kind, frame_id):
     layout = cdr.LAYOUTS[kind]
-    if not layout.stamped:
-        return
     values = np.random.default_rng(1).normal(size=(3, layout.doubles))
     stamps = np.array([0, making.EPOCH_NS, 2**31 * 10**9 - 1])
     back = [making.STORE.deserialize_cdr(data, kind) for data in cdr.encode(stamps, frame_id, values)]
@@ -276,7 +274,7 @@ def test_messages_that_are_not_what_their_type_says(tmp_path):
 
 def test_topics_that_leave_open_what_is_meant(tmp_path):
     messages = [("/w", 1, making.wrench(range(6))), ("/w", 2, making.wrench_stamped(2, "", range(6)))]
-    assert "topic /w has wrenches of two types" in refusal(making.make(tmp_path / "bag", messages))
+    assert "topic /w has messages of two types" in refusal(making.make(tmp_path / "bag", messages))
     journals = [(f"/{robot}/node/journal", k, making.text("{}")) for k, robot in enumerate("ab")]
     assert "has journals of several nodes" in refusal(making.make(tmp_path / "two", journals))
 

@@ -2,6 +2,7 @@
 
 import itertools
 import resource
+import threading
 import time
 
 import pytest
@@ -83,6 +84,50 @@ def test_who_has_time_waits_for_room(tmp_path):
     recorder.close()
     assert [int.from_bytes(message, "little") for _, _, message in contents(tmp_path / "bag")] == list(range(1000))
     assert recorder.dropped == 0
+
+
+@pytest.mark.parametrize("is_patient", (False, True))
+def test_message_larger_than_the_buffer_is_the_only_one_lost(tmp_path, is_patient):
+    """Nobody waits for room that cannot be, and nobody later is punished for it."""
+    capacity = TINY if is_patient else 10**7  # the other one has room for all
+    recorder = Recorder(tmp_path / "bag", TOPICS, "/j", lambda: is_patient, capacity=capacity)
+    for number in range(1000):
+        if number % 500 == 10:
+            recorder.put(1, bytes(capacity))
+        recorder.put(0, data(number))
+    recorder.close()
+    assert [int.from_bytes(message, "little") for _, _, message in contents(tmp_path / "bag")] == list(range(1000))
+    assert (recorder.recorded, recorder.dropped) == (1000, 2)
+    assert recorder.too_large == (
+        f"a message of {capacity} bytes on /wrench is not recorded: the recorder's buffer has {capacity} bytes; all "
+        "others are recorded"
+    )
+
+
+def test_patience_comes_back_with_the_disk(tmp_path, monkeypatch):
+    """A disk that hangs once loses what comes while it does, and nothing afterwards."""
+    monkeypatch.setattr("rigid_body_sim.bags.recorder._PATIENCE", 0.05)
+    recorder = Recorder(tmp_path / "bag", TOPICS, "/j", lambda: True, capacity=TINY)
+    hangs, write = threading.Event(), recorder._writer.write
+    hangs.set()
+
+    def slow(messages):
+        wait(lambda: not hangs.is_set())
+        write(messages)
+
+    monkeypatch.setattr(recorder._writer, "write", slow)
+    for number in range(100):
+        recorder.put(0, data(number))
+    lost = recorder.dropped
+    assert lost > 50
+    hangs.clear()
+    wait(lambda: recorder._room_taken == recorder._room_freed)
+    for number in range(100, 1100):
+        recorder.put(0, data(number))
+    recorder.close()
+    assert recorder.dropped == lost
+    found = [int.from_bytes(message, "little") for _, _, message in contents(tmp_path / "bag")]
+    assert found[-1000:] == list(range(100, 1100))
 
 
 def test_hole_in_the_journal_is_written_down_where_it_is(tmp_path):

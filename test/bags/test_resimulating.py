@@ -1,5 +1,6 @@
 """Runs known to the bit are simulated again from their bags: to the bit where the bag has all that decides them."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -8,7 +9,7 @@ from numpy.testing import assert_array_equal
 
 pytest.importorskip("rosbags")
 
-from rigid_body_sim import Body, Scene, State, Wrench
+from rigid_body_sim import Body, Scene, SimulationError, State, Wrench
 from rigid_body_sim.bags import problem as problems
 from rigid_body_sim.bags import resimulating, timing
 from rigid_body_sim.bags.comparison import Comparison
@@ -307,11 +308,53 @@ def test_lockstep_that_begins_late_starts_from_the_bag(tmp_path):
     assert comparison.position_error.max() < 1e-13  # measured 1.9e-15
 
 
-def test_lockstep_with_a_command_missing_in_the_bag(tmp_path):
+def leading(messages):
+    """Places of the commands that advance the simulation."""
+    return [i for i, e in enumerate(messages) if e[0] == "/wrench" and e[2].header.frame_id != "nowhere"]
+
+
+@pytest.mark.parametrize("which", (0, 50, -1), ids=("first", "middle", "last"))
+def test_lockstep_with_a_command_missing_in_the_bag(tmp_path, which):
     messages = runs.in_lockstep(LOCKSTEP, lockstep_sends())
-    del messages[next(i for i, entry in enumerate(messages) if i > 100 and entry[0] == "/wrench")]
-    with pytest.raises(BagError, match="the commands lead to step 745, but the poses go on to step 750"):
+    del messages[leading(messages)[which]]
+    with pytest.raises(BagError) as caught:
         again(tmp_path, messages, LOCKSTEP)
+    assert str(caught.value) == (
+        "the commands lead to step 745, but the poses go on to step 750: some commands, or steps that were asked "
+        "for by a service, are not in the bag; start the first command when node and recorder hear it (ros2 topic pub "
+        "-w 2), or let the node record (record.path)"
+    )
+
+
+def test_lockstep_without_any_command_is_refused(tmp_path):
+    messages = [e for e in runs.in_lockstep(LOCKSTEP, lockstep_sends()) if e[0] not in ("/wrench", "/gust")]
+    with pytest.raises(BagError, match="the commands lead to step 0, but the poses go on to step 750"):
+        again(tmp_path, messages, LOCKSTEP)
+
+
+def test_lockstep_with_a_command_missing_and_poses_missing_at_the_end(tmp_path):
+    """So that their numbers fit: what the commands lead to came before them."""
+    messages = runs.in_lockstep(LOCKSTEP, lockstep_sends())
+    del messages[leading(messages)[30]]
+    ends = [i for i, entry in enumerate(messages) if entry[0] == "/pose"][-3]
+    messages = [e for i, e in enumerate(messages) if i < ends or e[0] not in ("/pose", "/twist")]
+    comparison, _, track = again(tmp_path, messages, LOCKSTEP)
+    assert comparison.first_unequal == 31
+    assert track.doubt.startswith(
+        "The last poses were received before the commands that lead to them: the bag may lack"
+    )
+
+
+def test_lockstep_with_commands_that_the_node_missed(tmp_path):
+    messages = runs.in_lockstep(LOCKSTEP, lockstep_sends())
+    early = [("/wrench", making.EPOCH_NS - 3 + k, messages[leading(messages)[5]][2]) for k in range(3)]
+    comparison, _, track = again(tmp_path, early + messages, LOCKSTEP)
+    assert comparison.first_unequal == 1
+    assert track.doubt.startswith(
+        "At every pose more commands had been received than lead to it, by 3 or more: the node"
+    )
+    (tmp_path / "whole").mkdir()
+    assert again(tmp_path / "whole", messages, LOCKSTEP)[2].doubt == ""
 
 
 # By the journal -----------------------------------------------------------------------------------------------------
@@ -406,7 +449,6 @@ def test_topics_of_the_node_beside_others_of_their_type(tmp_path):
         ({"wrench": "/a"}, {"topics": ("b",)}, "has no topic b; it has /a, /pose, /twist"),
         ({}, {"topics": ("pose",)}, "topic /pose is of type geometry_msgs/msg/PoseStamped; give one of type geometry"),
         ({}, {"pose": "/twist"}, "topic /twist is of type geometry_msgs/msg/TwistStamped"),
-        ({"wrench": "/impulse"}, {}, "has no topic of type geometry_msgs/WrenchStamped or Wrench with commands"),
     ],
 )
 def test_topics_that_cannot_be(tmp_path, names, choices, what):
@@ -446,6 +488,141 @@ def test_poses_in_another_frame_than_the_scenes(tmp_path):
         again(tmp_path, messages, BASE.changed({"world_frame_id": "map"}))
 
 
+# Other kinds of poses and twists -------------------------------------------------------------------------------------
+
+
+def with_covariance(receive_ns, pose, _):
+    return "/where", receive_ns, making.pose_with_covariance(runs.stamp_ns(pose), "world", runs.numbers_of(pose.pose))
+
+
+def transform(receive_ns, pose, _):
+    return (
+        "/where",
+        receive_ns,
+        making.transform_stamped(runs.stamp_ns(pose), "world", "base_link", runs.numbers_of(pose.pose)),
+    )
+
+
+def twist_with_covariance(receive_ns, twist):
+    return (
+        "/how",
+        receive_ns,
+        making.twist_with_covariance(runs.stamp_ns(twist), "base_link", runs.vectors_of(twist.twist)),
+    )
+
+
+KINDS = {
+    "odometry": (runs.odometry(), None, ("/odom", "/odom")),
+    "odometry without a child": (runs.odometry(""), None, ("/odom", "/odom")),
+    "odometry of another name": (runs.odometry(topic="/ns/state"), None, ("/ns/state", "/ns/state")),
+    "with covariance": (with_covariance, twist_with_covariance, ("/where", "/how")),
+    "transforms": (transform, twist_with_covariance, ("/where", "/how")),
+}
+
+
+@pytest.mark.parametrize("storage", ("mcap", "sqlite3"))
+@pytest.mark.parametrize("kind", KINDS)
+def test_poses_and_twists_of_other_types(tmp_path, kind, storage):
+    pose, twist, topics = KINDS[kind]
+    messages = runs.told_by(runs.in_real_time(BASE, runs.sends(BASE, SECONDS), SECONDS), pose, twist)
+    comparison, problem, _ = again(tmp_path, messages, storage=storage)
+    assert_equal_to_the_bit(comparison)
+    assert (problem.pose_topic, problem.twist_topic) == topics
+    (tmp_path / "late").mkdir()
+    late = [entry for entry in messages if entry[1] > making.EPOCH_NS + 0.605e9]
+    comparison, problem, _ = again(tmp_path / "late", late, storage=storage)
+    assert problem.start is not None and len(comparison.recorded) == 70
+    # By the recorded twist, in the axes of the child frame.
+    assert comparison.position_error.max() < 1e-13  # measured 3.9e-15
+    assert comparison.attitude_error.max() < 1e-13  # measured 4.2e-16
+
+
+@pytest.mark.parametrize(("given", "told"), [({}, "/pose"), ({"pose": "odom"}, "/odom"), ({"pose": "/odom"}, "/odom")])
+def test_pose_goes_before_odom(tmp_path, given, told):
+    messages = runs.in_real_time(BASE, runs.sends(BASE, SECONDS), SECONDS)
+    both = sorted(
+        messages + [e for e in runs.told_by(messages, runs.odometry()) if e[0] == "/odom"], key=lambda entry: entry[1]
+    )
+    comparison, problem, _ = again(tmp_path, both, **given)
+    assert_equal_to_the_bit(comparison)
+    assert problem.pose_topic == told and problem.out_topics == ("/pose", "/twist")
+
+
+def test_odom_goes_before_poses_of_other_names(tmp_path):
+    messages = runs.told_by(runs.in_real_time(BASE, runs.sends(BASE, SECONDS), SECONDS), runs.odometry())
+    goal = ("/goal", making.EPOCH_NS, making.pose_stamped(making.EPOCH_NS, "world", range(7)))
+    assert_equal_to_the_bit(again(tmp_path, [goal, *messages])[0])
+
+
+def test_odometry_of_another_body_or_world_is_refused(tmp_path):
+    messages = runs.in_real_time(BASE, runs.sends(BASE, 0.2), 0.2)
+    with pytest.raises(BagError, match="/odom is of frame 'camera', the scene's body is 'base_link'; give the"):
+        again(tmp_path, runs.told_by(messages, runs.odometry("camera")))
+    (tmp_path / "map").mkdir()
+    with pytest.raises(BagError, match="/odom is in frame 'map', the scene's world is 'world'"):
+        again(tmp_path / "map", runs.told_by(messages, runs.odometry(world="map")))
+
+
+# Without commands ---------------------------------------------------------------------------------------------------
+
+
+def without_commands(folder, listed, storage):
+    """A free motion; the topic of the commands is listed without a message, as of a bag whose recorder heard none."""
+    plugin = making.StoragePlugin[storage.upper()]
+    bag = making.Writer(folder, version=9, storage_plugin=plugin)
+    bag.open()
+    if listed:
+        bag.add_connection("/wrench", "geometry_msgs/msg/WrenchStamped", typestore=making.STORE)
+    connections = {}
+    for topic, receive_ns, message in runs.in_real_time(BASE, [], SECONDS):
+        kind = message.__msgtype__
+        if topic not in connections:
+            connections[topic] = bag.add_connection(topic, kind, typestore=making.STORE)
+        bag.write(connections[topic], receive_ns, bytes(making.STORE.serialize_cdr(message, kind)))
+    bag.close()
+    return folder
+
+
+@pytest.mark.parametrize("storage", ("mcap", "sqlite3"))
+@pytest.mark.parametrize("listed", (False, True))
+def test_free_motion_needs_no_commands(tmp_path, listed, storage):
+    recording = read(without_commands(tmp_path / "bag", listed, storage))
+    asked = [(), ("wrench",), ("/wrench",)] if listed else [()]
+    for names in asked:
+        problem = problems.prepare(recording, BASE, Choices(topics=names))
+        track = resimulating.run(problem, BASE)
+        assert_equal_to_the_bit(Comparison(problem.stamp_ns, problem.recorded, track.poses))
+        assert "no commands of type geometry_msgs/WrenchStamped or Wrench: the motion is a free one." in said(problem)
+    with pytest.raises(BagError, match="has no topic nowhere"):
+        problems.prepare(recording, BASE, Choices(topics=("nowhere",)))
+
+
+def test_what_moved_the_body_and_is_not_taken_is_counted(tmp_path):
+    messages = runs.in_real_time(BASE, [], SECONDS)
+    kinds = {"/impulse": 2, "/other": 3, "/third": 1, "/wrench_applied": 5}
+    more = [
+        (topic, making.EPOCH_NS + k, making.wrench_stamped(making.EPOCH_NS, "world", range(6)))
+        for topic, count in kinds.items()
+        for k in range(count)
+    ]
+    recording = read(making.make(tmp_path / "bag", [*messages, *more]))
+    with pytest.raises(BagError, match=r"has several topics of type .*: /other, /third; choose with --topic"):
+        problems.prepare(recording, BASE)
+    told = said(problems.prepare(recording, BASE, Choices(topics=("other",))))
+    assert "Left out, because only a journal tells when they took effect: /impulse (2 geometry_msgs/msg/Wren" in told
+    assert "Not used: /third (1 geometry_msgs/msg/WrenchStamped); --topic chooses, once for each topic." in told
+    assert "wrench_applied" not in told
+
+
+def test_neither_commands_nor_poses(tmp_path):
+    messages = [e for e in runs.in_real_time(BASE, [], SECONDS) if e[0] == "/twist"]
+    recording = read(making.make(tmp_path / "bag", [*messages, ("/note", messages[-1][1], making.text("x"))]))
+    with pytest.raises(
+        BagError, match=r"none with poses, of type .*Odometry; it has /note \(std_msgs/.*, /twist \(geom"
+    ):
+        problems.prepare(recording, BASE)
+
+
 def test_commands_alone(tmp_path):
     """Poses come as the scene publishes them, from the first command to the end of the last one's step."""
     messages = [e for e in runs.in_real_time(BASE, runs.sends(BASE, SECONDS), SECONDS) if e[0] == "/wrench"]
@@ -468,6 +645,28 @@ def test_commands_alone_that_do_not_tell_enough(tmp_path):
     recording = read(making.make(tmp_path / "years", [*messages, later]))
     with pytest.raises(BagError, match=r"its commands span 5e\+09 poses at this publish_rate; give a lower one"):
         problems.prepare(recording, BASE)
+
+
+def with_numbers(messages, topic, number):
+    """The same with that number in all places of the messages on a topic."""
+    make = {"/wrench": making.wrench_stamped, "/pose": making.pose_stamped, "/twist": making.twist_stamped}[topic]
+    changed = []
+    for name, receive_ns, message in messages:
+        if name == topic:
+            message = make(runs.stamp_ns(message), message.header.frame_id, [number] * 7)
+        changed.append((name, receive_ns, message))
+    return changed
+
+
+@pytest.mark.parametrize("twist_frame", ("body", "world"))
+@pytest.mark.parametrize("number", (np.nan, np.inf, 1e308))
+@pytest.mark.parametrize("topic", ("/wrench", "/pose", "/twist"))
+def test_refusals_show_plain_numbers(tmp_path, topic, number, twist_frame):
+    scene = BASE.changed({"twist_frame": twist_frame, "wrench.topics": ["wrench"]})
+    messages = with_numbers(runs.in_real_time(scene, runs.sends(scene, 0.2), 0.2), topic, number)
+    with pytest.raises((BagError, SimulationError, ValueError)) as caught:
+        again(tmp_path, messages, scene, start=BAG)
+    assert not re.search(r"array|np\.|float64|\.\.\.", str(caught.value)), caught.value
 
 
 # Errors -------------------------------------------------------------------------------------------------------------

@@ -61,7 +61,7 @@ def test_mcap_reads_every_byte_of_many_chunks(tmp_path):
 
     count = 3 * CHUNK_BYTES // len(pose(0))
     write(tmp_path / "bag", count)
-    with (tmp_path / "bag" / "bag.mcap").open("rb") as file:
+    with (tmp_path / "bag" / "bag_0.mcap").open("rb") as file:
         reader = make_reader(file, validate_crcs=True)
         summary = reader.get_summary()
         back = [(message.log_time, message.data) for _, _, message in reader.iter_messages()]
@@ -76,7 +76,7 @@ def test_mcap_ros2_support_decodes_the_fields(tmp_path):
     from mcap_ros2.decoder import DecoderFactory
 
     write(tmp_path / "bag", 20)
-    with (tmp_path / "bag" / "bag.mcap").open("rb") as file:
+    with (tmp_path / "bag" / "bag_0.mcap").open("rb") as file:
         decoded = list(make_reader(file, decoder_factories=[DecoderFactory()]).iter_decoded_messages())
     poses = [message.decoded_message for message in decoded if message.channel.topic == "/n/pose"]
     texts = [message.decoded_message.data for message in decoded if message.channel.topic.endswith("journal")]
@@ -88,7 +88,7 @@ def test_mcap_ros2_support_decodes_the_fields(tmp_path):
 
 def test_metadata_is_that_of_jazzy(tmp_path):
     write(tmp_path / "bag", 30)
-    assert sorted(path.name for path in (tmp_path / "bag").iterdir()) == ["bag.mcap", "metadata.yaml"]
+    assert sorted(path.name for path in (tmp_path / "bag").iterdir()) == ["bag_0.mcap", "metadata.yaml"]
     information = yaml.safe_load((tmp_path / "bag" / "metadata.yaml").read_text())["rosbag2_bagfile_information"]
     assert (information["version"], information["storage_identifier"]) == (9, "mcap")
     assert (information["message_count"], information["starting_time"]) == (
@@ -105,13 +105,25 @@ def test_metadata_is_that_of_jazzy(tmp_path):
     assert (qos["durability"], qos["reliability"], qos["depth"]) == ("transient_local", "reliable", 1)
 
 
+@pytest.mark.parametrize("name", ("bag", "run.1", "my_run_7"))
+def test_file_has_the_name_by_which_rosbag2_finds_it(tmp_path, name):
+    """`ros2 bag reindex` takes files that match this alone; without it, it cannot repair what a killed node leaves."""
+    bag = BagWriter(tmp_path / name, TOPICS)
+    (file,) = (tmp_path / name).iterdir()
+    assert file.name == f"{name}_0.mcap" and re.fullmatch(r".+_(\d+)\.([a-zA-Z0-9])+", file.name)[1] == "0"
+    bag.close()
+    information = yaml.safe_load((tmp_path / name / "metadata.yaml").read_text())["rosbag2_bagfile_information"]
+    assert information["relative_file_paths"] == [entry["path"] for entry in information["files"]] == [file.name]
+    assert {path.name for path in (tmp_path / name).iterdir()} == {"metadata.yaml", file.name}
+
+
 def test_what_is_flushed_can_be_read_before_the_end(tmp_path):
     """As after SIGKILL: no index, no metadata.yaml."""
     bag = BagWriter(tmp_path / "bag", TOPICS)
     bag.write(messages(200))
     bag.flush()
     bag.write(messages(50))
-    assert stream(tmp_path / "bag" / "bag.mcap") == list(messages(200))
+    assert stream(tmp_path / "bag" / "bag_0.mcap") == list(messages(200))
     assert bag.written == 220
     bag.abandon()
 
@@ -125,7 +137,7 @@ def test_damage_within_a_message_is_told(tmp_path):
         bag.write(messages(100))
         bag.flush()
         bag.write(messages(100))
-    file = tmp_path / "bag" / "bag.mcap"
+    file = tmp_path / "bag" / "bag_0.mcap"
     whole = file.read_bytes()
     number = struct.pack("<d", 57 + 6 / 7)
     places = [match.start() for match in re.finditer(re.escape(number), whole)]
@@ -150,7 +162,7 @@ def test_full_disk_leaves_whole_chunks(tmp_path):
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, before)
     assert bag.written > 10_000
-    assert stream(tmp_path / "bag" / "bag.mcap") == list(messages(100_000))[: bag.written]
+    assert stream(tmp_path / "bag" / "bag_0.mcap") == list(messages(100_000))[: bag.written]
     bag.close()
     assert not (tmp_path / "bag" / "metadata.yaml").exists()
 
@@ -173,7 +185,7 @@ def test_no_room_for_the_index_leaves_whole_chunks(tmp_path):
     bag = BagWriter(tmp_path / "bag", TOPICS)
     bag.write(messages(1000))
     bag.flush()
-    file = tmp_path / "bag" / "bag.mcap"
+    file = tmp_path / "bag" / "bag_0.mcap"
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (file.stat().st_size + 100, before[1]))
     try:
@@ -182,13 +194,13 @@ def test_no_room_for_the_index_leaves_whole_chunks(tmp_path):
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, before)
     assert stream(file) == list(messages(1000))
-    assert [path.name for path in (tmp_path / "bag").iterdir()] == ["bag.mcap"]
+    assert [path.name for path in (tmp_path / "bag").iterdir()] == ["bag_0.mcap"]
 
 
 def test_removed_folder_is_an_error_at_the_end(tmp_path):
     bag = BagWriter(tmp_path / "bag", TOPICS)
     bag.write(messages(10))
-    (tmp_path / "bag" / "bag.mcap").unlink()
+    (tmp_path / "bag" / "bag_0.mcap").unlink()
     (tmp_path / "bag").rmdir()
     with pytest.raises(FileNotFoundError):
         bag.close()
@@ -199,7 +211,7 @@ def test_after_an_exception_there_is_no_description(tmp_path):
     with pytest.raises(ZeroDivisionError), BagWriter(tmp_path / "bag", TOPICS) as bag:
         bag.write(messages(10))
         raise ZeroDivisionError
-    assert [path.name for path in (tmp_path / "bag").iterdir()] == ["bag.mcap"]
+    assert [path.name for path in (tmp_path / "bag").iterdir()] == ["bag_0.mcap"]
 
 
 # What is refused ------------------------------------------------------------------------------------------------------

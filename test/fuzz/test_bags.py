@@ -20,12 +20,13 @@ KINDS = [("mcap", None), ("sqlite3", None), ("mcap", "file"), ("mcap", "message"
 
 @pytest.fixture(scope="module")
 def bags(tmp_path_factory):
-    """Bytes of each file of a bag, by name, for each of KINDS."""
+    """Bytes of each file of a bag, by name, for each of KINDS and of a recorder that was killed."""
     found = []
     for place, (storage, packed) in enumerate(KINDS):
         folder = making.make(tmp_path_factory.mktemp("bags") / f"bag{place}", MESSAGES, storage, packed)
-        found.append({file.name: file.read_bytes() for file in sorted(folder.iterdir())})
-    return found
+        found.append(folder)
+    found.append(making.killed(tmp_path_factory.mktemp("bags") / "killed", MESSAGES))
+    return [{file.name: file.read_bytes() for file in sorted(folder.iterdir())} for folder in found]
 
 
 def check_recording(recording):

@@ -52,7 +52,7 @@ def read_unfinished(folder, namespace=""):
     from mcap.stream_reader import StreamReader
 
     topics, messages = {}, []
-    with (folder / f"{folder.name}.mcap").open("rb") as file, pytest.raises(EndOfFile):
+    with (folder / f"{folder.name}_0.mcap").open("rb") as file, pytest.raises(EndOfFile):
         for record in StreamReader(file).records:
             if isinstance(record, Channel):
                 topics[record.id] = record.topic

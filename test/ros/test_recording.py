@@ -144,7 +144,7 @@ def test_run_with_pauses_and_steps_repeats_to_the_bit(connect, folder):
 
 
 def wait_recorded(process, folder, size=1_000_000):
-    file = folder / f"{folder.name}.mcap"
+    file = folder / f"{folder.name}_0.mcap"
     process.wait_until(lambda: file.exists() and file.stat().st_size > size, f"{size} bytes in the bag", SECONDS)
 
 
@@ -269,6 +269,20 @@ def test_full_disk_stops_the_recorder_and_not_the_simulation(connect, folder):
     recorded = bag.read_unfinished(folder, remote.name.removesuffix("/rigid_body_node"))
     assert recorded.assert_repeats() > 1000
     assert sum(map(len, recorded.messages.values())) == int(values["recorded"])
+
+
+def test_message_larger_than_the_buffer_is_told_and_no_other_lost(connect, folder):
+    remote = connect({**SCENE, "record.path": str(folder)}).ready()
+    remote.send("x" * 17_000_000, (1.0, 0.0, 0.0))
+    remote.wait_report(lambda _, values: values["dropped"] == "1", "a dropped message")
+    wait_for_steps(remote, 200)
+    _, values = remote.report()
+    ended(remote)
+    assert values["dropped"] == "1"
+    told = remote.process.stdout + remote.process.stderr
+    assert told.count("bytes on /") == 1 and "is not recorded: the recorder's buffer has 16000000 bytes" in told
+    poses = bag.read(folder, remote.name.removesuffix("/rigid_body_node")).stamps("/pose")
+    assert len(poses) > 200 and {stride for stride in strides(poses) if stride > 0} == {1_000_000}
 
 
 @pytest.mark.parametrize(

@@ -58,7 +58,7 @@ def test_node_that_was_killed(connect, tmp_path, capfd):
     """What is whole in its bag is simulated again to the bit."""
     remote = connect({**SCENE, "record.path": str(tmp_path / "bag")}).ready()
     send_some(remote, 20, each=5)
-    recorded = tmp_path / "bag" / "bag.mcap"
+    recorded = tmp_path / "bag" / "bag_0.mcap"
     size = recorded.stat().st_size
     remote.wait(lambda: recorded.stat().st_size > size, "another chunk")  # what was sent is in it, or before it
     remote.process.kill()

@@ -140,7 +140,7 @@ def test_bag_is_written_and_can_be_compared_again(folder, capsys):
         assert_array_equal(first.values, second.values)
         assert_array_equal(first.frame_ids, second.frame_ids)
         assert_array_equal(first.receive_ns, second.receive_ns)
-    assert sorted(os.listdir("again")) == ["again.mcap", "metadata.yaml"]
+    assert sorted(os.listdir("again")) == ["again_0.mcap", "metadata.yaml"]
     assert sorted(os.listdir()) == ["again", "run", "scene.yaml"]
 
 
@@ -160,7 +160,43 @@ def test_commands_alone_are_simulated_and_cannot_be_compared(folder, capsys):
     assert call(capsys, "commands", "--scene", "scene.yaml", "--out", "again")[0] == 0
     assert len(read("again").poses["/pose"]) > 45
     said = refusal(capsys, "commands", "--scene", "scene.yaml", "--compare")
-    assert "has no topic of type geometry_msgs/PoseStamped to compare with" in said
+    assert "has no topic with poses to compare with, of type geometry_msgs/PoseStamped" in said
+    assert "it has /wrench (geometry_msgs/msg/WrenchStamped); give --out alone" in said
+
+
+def test_odometry_is_compared_and_written_as_pose_and_twist(folder, capsys):
+    messages = runs.told_by(
+        runs.in_real_time(BASE, runs.sends(BASE, SECONDS), SECONDS), runs.odometry(topic="/ns/odom")
+    )
+    making.make(folder / "odom", messages)
+    status, out, _ = call(capsys, "odom", "--scene", "scene.yaml", "--out", "again", "--compare")
+    assert status == 0 and "odom: 94 commands on /wrench, 51 poses on /ns/odom" in out and "Equal to the bit" in out
+    written, recorded = read("again"), read("odom")
+    assert written.types == {"/ns/pose": "geometry_msgs/msg/PoseStamped", "/ns/twist": "geometry_msgs/msg/TwistStamped"}
+    assert_array_equal(written.poses["/ns/pose"].values, recorded.poses["/ns/odom"].values)
+    assert_array_equal(written.twists["/ns/twist"].values, recorded.twists["/ns/odom"].values)
+
+
+def test_free_motion(folder, capsys):
+    making.make(folder / "free", runs.in_real_time(BASE, [], SECONDS))
+    status, out, _ = call(capsys, "free", "--scene", "scene.yaml")
+    assert status == 0 and "free: no commands, 51 poses on /pose" in out and "Equal to the bit: 51 poses" in out
+    assert call(capsys, "free", "--scene", "scene.yaml", "--vary", "body.mass=2,3", "--workers", "1")[0] == 0
+    assert "2.0,0.0,0.0,0.0,0.0," in (folder / "free.csv").read_text()
+
+
+def test_lockstep_that_differs_for_commands_that_are_missing(folder, capsys):
+    scene = BASE.changed({"lockstep": True, "steps_per_command": 5, "publish_rate": 100.0})
+    write_scene(folder / "lock.yaml", lockstep=True, steps_per_command=5, publish_rate=100.0)
+    messages = runs.in_lockstep(scene, [runs.Send(0, "world", (k, 1, 0, 0, 0, 0), stamp_ns=0) for k in range(30)])
+    early = ("/wrench", making.EPOCH_NS - 1, messages[-3][2])
+    making.make(folder / "lock", [early, *messages])
+    status, out, _ = call(capsys, "lock", "--scene", "lock.yaml")
+    assert (
+        status == 2
+        and "At every pose more commands had been received than lead to it, by 1 or more" in out.splitlines()[-1]
+    )
+    assert "(ros2 topic pub -w 2), or let the node record" in out.splitlines()[-1]
 
 
 def test_recovers_what_is_whole(folder, capsys):
@@ -218,7 +254,7 @@ def test_bags_that_cannot_be_used(folder, capsys):
         (("empty",), "empty: holds no message"),
         (
             ("talk",),
-            "talk: has no topic of type geometry_msgs/WrenchStamped or Wrench with commands; it has /chatter (std_msgs",
+            "TransformStamped, or nav_msgs/Odometry; it has /chatter (std_msgs/msg/String)",
         ),
         (("run", "--topic", "pose"), "run: topic /pose is of type geometry_msgs/msg/PoseStamped"),
         (("run", "--scene", "none.yaml"), "--scene none.yaml: cannot be read (No such file or directory); give a"),
