@@ -19,6 +19,7 @@ from ..physics.body import Body
 from ..physics.resistance import Drag, Tether
 from ..physics.state import BodyState, State
 from ..physics.wrench import Wrench
+from ..scene import attitude
 from ..scene.loader import Scene
 from ..simulation import NANOSECONDS, Simulation, SimulationError
 from .rosbags_support import BagError
@@ -194,9 +195,9 @@ def beginning(entries: Iterable[Entry]) -> Beginning:
         raise BagError("the journal does not begin with a scene; give a bag whose first file is there")
     values = dict(first.values)
     try:
-        epoch_ns = _integer(values, "epoch_ns")
-        return Beginning(Scene(values["parameters"]), epoch_ns, values["version"], values["kernels"])
-    except (KeyError, TypeError, ValueError) as reason:
+        scene, epoch_ns = Scene(attitude.named(values["parameters"])), _integer(values, "epoch_ns")
+        return Beginning(scene, epoch_ns, values["version"], values["kernels"])
+    except (AttributeError, KeyError, TypeError, ValueError) as reason:
         raise BagError(f"the scene in the journal cannot be read by version {__version__}: {reason}") from None
 
 

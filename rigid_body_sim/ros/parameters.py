@@ -1,6 +1,6 @@
 """The schema's parameters as ROS parameters of a node."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor, SetParametersResult
@@ -29,16 +29,24 @@ def declare(node: Node) -> Scene:
 
     Raises ValueError, with a sentence that names the parameter, when one is unknown or bad.
     """
-    scene = Scene(_given(node))
+    scene = Scene(given(node))
     if node.get_parameter("use_sim_time").value:
         raise ValueError(_USE_SIM_TIME)
-    for name, value in scene.values.items():
-        # Checked and converted above (1 for 1.0, say): the value given must not be read a second time, more strictly.
-        if value == ():
-            _declare_empty_array(node, name)
-        else:
-            node.declare_parameter(name, _plain(value), _descriptor(name), ignore_override=True)
+    declare_values(node, scene.values, schema.BY_NAME)
     return scene
+
+
+def declare_values(node: Node, values: Mapping[str, Any], table: Mapping[str, schema.Parameter]) -> None:
+    """Declare the parameters of a table with values that were checked and converted: what was given is not read again.
+
+    rclpy would do so, more strictly: 1 is no 1.0 there.
+    """
+    for name, value in values.items():
+        parameter = schema.find(name, table)
+        if value == ():
+            _declare_empty_array(node, name, parameter)
+        else:
+            node.declare_parameter(name, _plain(value), _descriptor(parameter), ignore_override=True)
 
 
 class Changes:
@@ -104,27 +112,27 @@ def _plain(value: Any) -> Any:
     return list(value) if isinstance(value, tuple) else value
 
 
-def _declare_empty_array(node: Node, name: str) -> None:
+def _declare_empty_array(node: Node, name: str, parameter: schema.Parameter) -> None:
     """rclpy takes an empty list for bytes when it declares one; when it sets one it can be told the type."""
-    kind = Parameter.Type.STRING_ARRAY if schema.find(name).type == schema.NAMES else Parameter.Type.DOUBLE_ARRAY
+    kind = Parameter.Type.STRING_ARRAY if parameter.type == schema.NAMES else Parameter.Type.DOUBLE_ARRAY
     node.declare_parameter(name, kind, ignore_override=True)
     node.set_parameters([Parameter(name, kind, [])])
-    descriptor = _descriptor(name)
+    descriptor = _descriptor(parameter)
     descriptor.type = kind.value
     node.set_descriptor(name, descriptor)
 
 
-def _given(node: Node) -> dict[str, Any]:
+def given(node: Node) -> dict[str, Any]:
     """Dotted names and values from files and the command line; rclpy offers no public way to those not declared yet."""
-    given = {}
+    values = {}
     for name, parameter in node._parameter_overrides.items():
         if name.startswith(_QOS):
             _check_qos(name, parameter.value)
         elif not schema.belongs_to_ros(name):
             value = parameter.value
             # An empty array arrives as no value at all.
-            given[name] = value if isinstance(value, str | bool | int | float) else list(value or ())
-    return given
+            values[name] = value if isinstance(value, str | bool | int | float) else list(value or ())
+    return values
 
 
 def _check_qos(name: str, value: Any) -> None:
@@ -144,11 +152,10 @@ def refuse_undeclared(node: Node) -> None:
             raise ValueError(schema.unknown(name, name, declared))
 
 
-def _descriptor(name: str) -> ParameterDescriptor:
-    parameter = schema.find(name)
+def _descriptor(parameter: schema.Parameter) -> ParameterDescriptor:
     descriptor = ParameterDescriptor(
         description=f"{parameter.text}{f' [{parameter.unit}]' if parameter.unit else ''}",
-        additional_constraints=RULE if name == "integrator.name" else parameter.rule,
+        additional_constraints=RULE if parameter.name == "integrator.name" else parameter.rule,
         read_only=not parameter.dynamic,
     )
     if parameter.type is float and parameter.most is not None:

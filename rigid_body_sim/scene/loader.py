@@ -16,7 +16,7 @@ from ..physics.resistance import Drag, Tether
 from ..physics.state import State
 from ..physics.terms import Terms
 from ..physics.wrench import PointForce, Wrench
-from . import mass_source, schema
+from . import attitude, mass_source, schema
 
 
 @dataclass(frozen=True)
@@ -45,16 +45,17 @@ MOST_CHARACTERS = 1_000_000  # of a scene file; the scenes of this package have 
 class Scene:
     """Checked parameters by dotted name, ``scene["body.mass"]``, and what they describe.
 
-    Mass, inertia and centre of mass have the values in use, also where they follow from a shape or a file. Relative
-    paths of files begin at ``folder``, by default the working directory.
+    They are given by dotted names or nested, ``{"body": {"mass": 2.0}}``. Mass, inertia and centre of mass have the
+    values in use, also where they follow from a shape or a file; so has a quaternion that was given as angles.
+    Relative paths of files begin at ``folder``, by default the working directory.
 
     Raises ValueError, with a sentence that names the parameter, for an unknown name, a bad value, or values that do not
     go together.
     """
 
     def __init__(self, given: Mapping[str, Any] | None = None, folder: str | os.PathLike[str] = ""):
-        self._given, self._folder = dict(given or {}), folder
-        self.values = schema.read(self._given)
+        self._given, self._folder = schema.flat(given or {}), folder
+        self.values = attitude.read(self._given)
         self.values.update(mass_source.resolve(self.values, self._given, folder))
         self.steps_per_publish = self._steps_per_publish()
         self.frames = self._frames()
@@ -66,7 +67,12 @@ class Scene:
 
         Raises ValueError as the constructor does.
         """
-        return Scene({**self._given, **changes}, self._folder)
+        changes = schema.flat(changes)
+        return Scene({**attitude.replaced(self._given, changes, self.values), **changes}, self._folder)
+
+    def given(self, name: str) -> Any:
+        """The value as it was given, where it was, else the one in use."""
+        return self._given.get(name, self.values[name])
 
     def __getitem__(self, name: str) -> Any:
         return self.values[name]
@@ -85,15 +91,11 @@ class Scene:
 
     def initial_state(self) -> State:
         """The state described by ``initial.*``."""
-        try:
-            return State(
-                self["initial.position"],
-                self["initial.orientation"],
-                self["initial.linear_velocity"],
-                self["initial.angular_velocity"],
-            )
-        except ValueError as reason:
-            raise ValueError(f"parameter initial.orientation: {reason}") from None
+        orientation = attitude.quaternion(self.values, "initial")
+        position, velocity, omega = (
+            self[f"initial.{last}"] for last in ("position", "linear_velocity", "angular_velocity")
+        )
+        return State(position, orientation, velocity, omega)
 
     def terms(self) -> Terms:
         """The body and all that acts on it without being sent."""
@@ -152,11 +154,9 @@ class Scene:
         return {name: self._frame(name) for name in names}
 
     def _frame(self, name: str) -> Frame:
-        position, orientation, axes = (self[f"frames.{name}.{last}"] for last in ("position", "orientation", "axes"))
-        try:
-            return Frame(position, tuple(rotation.normalize(orientation).tolist()), axes)
-        except ValueError as reason:
-            raise ValueError(f"parameter frames.{name}.orientation: {reason}") from None
+        position, axes = self[f"frames.{name}.position"], self[f"frames.{name}.axes"]
+        orientation = rotation.normalize(attitude.quaternion(self.values, f"frames.{name}"))
+        return Frame(position, tuple(orientation.tolist()), axes)
 
 
 def load_scene(path: str | os.PathLike[str]) -> Scene:
@@ -193,19 +193,7 @@ def parameters_in(document: Any) -> dict[str, Any]:
     parameters = section["ros__parameters"]
     if parameters is not None and not isinstance(parameters, Mapping):
         raise ValueError(f"'ros__parameters:' holds {schema.shown(parameters)}; it needs names with values below it")
-    return _flatten(parameters or {}, "")
-
-
-def _flatten(tree: Any, prefix: str) -> dict[str, Any]:
-    if not isinstance(tree, Mapping):
-        return {prefix: tree}
-    flat: dict[str, Any] = {}
-    for key, value in tree.items():
-        for name, leaf in _flatten(value, f"{prefix}.{key}" if prefix else str(key)).items():
-            if name in flat:
-                raise ValueError(f"parameter {schema.shown_name(name)} is given twice; give it once")
-            flat[name] = leaf
-    return flat
+    return schema.flat(parameters or {})
 
 
 class _StrictLoader(yaml.SafeLoader):

@@ -6,10 +6,14 @@ it.
 
 import difflib
 import math
+import re
+from array import array
 from collections import Counter
 from collections.abc import Iterable, Mapping, Set
 from dataclasses import dataclass
 from typing import Any
+
+import numpy as np
 
 from ..physics.shapes import SHAPES
 
@@ -69,13 +73,13 @@ class Parameter:
 
     def _convert(self, value: Any) -> Any:
         if self.type == NAMES:
-            if not _is_array(value):
+            if not is_array(value):
                 raise ValueError(
                     f"is not an array; give names such as {list(self.choices[:2] or self.default or ('pose', 'twist'))}"
                 )
             return tuple(value)
         if self.type is tuple:
-            if not _is_array(value):
+            if not is_array(value):
                 raise ValueError(f"is not an array; give {self.length or 'some'} numbers such as {self._example}")
             return tuple(_number(entry, self._example) for entry in value)
         if self.type is float:
@@ -88,7 +92,7 @@ class Parameter:
     def _example(self) -> Any:
         """What a message proposes where the default may be empty."""
         if self.type is tuple:
-            return list(self.default or (1.0, 0.5))
+            return list(self.default or (1.0, 0.5, 0.0)[: self.length or 2])
         return (self.default or (*self.choices, "name")[0]) if self.type is str else self.default
 
     def _check(self, value: Any) -> None:
@@ -127,7 +131,20 @@ class Parameter:
 
 
 _ZERO = (0.0, 0.0, 0.0)
-_NO_TURN = (1.0, 0.0, 0.0, 0.0)
+PARTS = {"w": 1.0, "x": 0.0, "y": 0.0, "z": 0.0}  # of a quaternion; these are no turn
+
+
+def attitude(prefix: str, text: str) -> tuple[Parameter, ...]:
+    """Rows of an attitude: a quaternion whose parts have names, as lists of four mean w first or w last; or angles."""
+    parts = [
+        Parameter(
+            f"{prefix}.orientation.{part}", float, default, f"Part {part} of the quaternion ({text}); normalised."
+        )
+        for part, default in PARTS.items()
+    ]
+    angles = "In its place: roll, pitch, yaw as in URDF; the quaternion is then what follows, and this is empty."
+    return (*parts, Parameter(f"{prefix}.rpy", tuple, (), angles, "rad", length=3, optional=True))
+
 
 TABLE: tuple[Parameter, ...] = (
     Parameter("rate", float, 1000.0, "Steps a second of simulated time.", "Hz", least=1e-3, most=1e6),
@@ -235,7 +252,7 @@ TABLE: tuple[Parameter, ...] = (
     ),
     Parameter("body.urdf_link", str, "", "Link in body.urdf_file; empty = the only one with mass.", optional=True),
     Parameter("initial.position", tuple, _ZERO, "Position of the body frame's origin, world axes.", "m", length=3),
-    Parameter("initial.orientation", tuple, _NO_TURN, "Quaternion w, x, y, z, body to world; normalised.", length=4),
+    *attitude("initial", "body to world"),
     Parameter(
         "initial.linear_velocity", tuple, _ZERO, "Velocity of the body frame's origin, world axes.", "m/s", length=3
     ),
@@ -336,9 +353,7 @@ TABLE: tuple[Parameter, ...] = (
         required=True,
     ),
     Parameter("frames.<name>.position", tuple, _ZERO, "Origin of a frame fixed to the body, body axes.", "m", length=3),
-    Parameter(
-        "frames.<name>.orientation", tuple, _NO_TURN, "Quaternion w, x, y, z, that frame to body; normalised.", length=4
-    ),
+    *attitude("frames.<name>", "that frame to body"),
     Parameter(
         "frames.<name>.axes",
         str,
@@ -376,13 +391,23 @@ _OPEN = ".<name>."  # between a group and a parameter that each member of the gr
 GROUPS = tuple(dict.fromkeys(name.split(_OPEN)[0] for name in BY_NAME if _OPEN in name))
 
 
-def find(name: str) -> Parameter:
+def find(name: str, table: Mapping[str, Parameter] = BY_NAME) -> Parameter:
     """The parameter of that name. Raises ValueError with the nearest known name when there is none."""
-    parts = name.split(".")
-    pattern = f"{parts[0]}{_OPEN}{parts[2]}" if len(parts) == 3 and parts[0] in GROUPS and parts[1] else name
-    if pattern in BY_NAME and _OPEN not in name:
-        return BY_NAME[pattern]
-    raise ValueError(unknown(name, pattern, BY_NAME))
+    if (pattern := _pattern(name)) in table and _OPEN not in name:
+        return table[pattern]
+    raise ValueError(unknown(name, pattern, table))
+
+
+def _pattern(name: str) -> str:
+    """``name`` with ``<name>`` in place of the name of a member of a group."""
+    group, _, rest = name.partition(".")
+    member, _, last = rest.partition(".")
+    return f"{group}{_OPEN}{last}" if group in GROUPS and member and last else name
+
+
+def has_attitude(prefix: str, table: Mapping[str, Parameter] = BY_NAME) -> bool:
+    """Whether there are ``prefix.orientation.w`` and the rest of an attitude."""
+    return _pattern(f"{prefix}.orientation.w") in table
 
 
 def members(group: str, names: Iterable[str]) -> list[str]:
@@ -392,9 +417,15 @@ def members(group: str, names: Iterable[str]) -> list[str]:
 
 def unknown(name: str, pattern: str, known: Iterable[str]) -> str:
     """The sentence for a parameter ``name`` that is not known, with the known one nearest to ``pattern``."""
-    nearest = difflib.get_close_matches(pattern, known, n=1, cutoff=0.5)
+    nearest = [each for each in known if each.lower() in (pattern.lower(), _angles_of(pattern))]
+    nearest = nearest or difflib.get_close_matches(pattern, known, 1, 0.5)
     advice = f"did you mean {nearest[0]}?" if nearest else "see docs/interface.md"
     return f"parameter {shown_name(name)} is not known; {advice}"
+
+
+def _angles_of(pattern: str) -> str:
+    """Where the angles are that ``orientation.roll``, ``rpy.yaw`` or just ``pitch`` means."""
+    return re.sub(r"(\.orientation|\.rpy)*\.(rpy|roll|pitch|yaw)$", ".rpy", pattern)
 
 
 def belongs_to_ros(name: str) -> bool:
@@ -402,16 +433,28 @@ def belongs_to_ros(name: str) -> bool:
     return name in ("use_sim_time", "start_type_description_service") or name.startswith("qos_overrides.")
 
 
-def defaults() -> dict[str, Any]:
+def defaults(table: Mapping[str, Parameter] = BY_NAME) -> dict[str, Any]:
     """Name and default of every parameter that a scene always has."""
-    return {parameter.name: parameter.default for parameter in TABLE if _OPEN not in parameter.name}
+    return {name: parameter.default for name, parameter in table.items() if _OPEN not in name}
 
 
-def read(given: Mapping[str, Any]) -> dict[str, Any]:
+def flat(tree: Mapping[Any, Any], prefix: str = "") -> dict[str, Any]:
+    """Dotted names and values in nested ones. Raises ValueError when a name is there twice."""
+    values: dict[str, Any] = {}
+    for key, value in tree.items():
+        name = f"{prefix}{key}"
+        for full, leaf in (flat(value, f"{name}.") if isinstance(value, Mapping) else {name: value}).items():
+            if full in values:
+                raise ValueError(f"parameter {shown_name(full)} is given twice; give it once")
+            values[full] = leaf
+    return values
+
+
+def read(given: Mapping[str, Any], table: Mapping[str, Parameter] = BY_NAME) -> dict[str, Any]:
     """Defaults overlaid with ``given`` (dotted names), each checked; every member named gets its missing parameters."""
-    values = defaults()
+    values = defaults(table)
     for name, value in given.items():
-        values[name] = find(name).read(name, value)
+        values[name] = find(name, table).read(name, value)
     for group in GROUPS:
         for member in members(group, given):
             _complete(values, group, member)
@@ -436,12 +479,19 @@ def _complete(values: dict[str, Any], group: str, member: str) -> None:
 
 
 def shown(value: Any) -> str:
-    """``value`` as messages quote it: all of it, or how it begins."""
+    """``value`` as messages quote it, arrays of any kind as lists: all of it, or how it begins."""
     try:
-        text = " ".join(repr(value).split())
+        text = " ".join(repr(_plain(value)).split())
     except ValueError:  # Python prints no integer of more than 4300 digits
         text = "a number of thousands of digits"
     return text if len(text) <= MOST_SHOWN else f"{text[:MOST_SHOWN]}... ({len(text)} characters)"
+
+
+def _plain(value: Any) -> Any:
+    """Lists and Python's numbers in place of other arrays and theirs, as nobody writes ``array('d', ...)``."""
+    if isinstance(value, np.ndarray | np.generic | array):
+        return value.tolist()
+    return [_plain(entry) for entry in value] if isinstance(value, list | tuple) else value
 
 
 def shown_name(name: str) -> str:
@@ -457,7 +507,7 @@ def one_line(reason: Exception) -> str:
     return text if len(text) <= MOST_TOLD else f"{text[:MOST_TOLD]}... ({len(text)} characters)"
 
 
-def _is_array(value: Any) -> bool:
+def is_array(value: Any) -> bool:
     """Something with an order. Bytes are texts; a set has no order."""
     return isinstance(value, Iterable) and not isinstance(value, str | bytes | bytearray | Set | Mapping)
 

@@ -16,6 +16,7 @@ import numpy as np
 from ..physics import rotation
 from ..scene.installed import installed_scene
 from ..scene.loader import Scene, load_scene
+from ..scene.schema import PARTS
 from ..simulation import kernels_are_cached
 from . import findings, picture
 from .processes import ChildError, Children, children
@@ -148,7 +149,7 @@ def _start_node(running: Children, scene_path: Path, scene: Scene) -> None:
 
 def _start_controller(running: Children, scene: Scene) -> None:
     parameters = {
-        "target": list(TARGET),
+        **{f"target.orientation.{part}": value for part, value in zip(PARTS, TARGET, strict=True)},
         "inertia": list(scene["body.inertia"]),
         "max_torque": MAX_TORQUE,
         "frame_id": scene["body.frame_id"],

@@ -1,7 +1,7 @@
 """Entry point of pointing_controller, which turns a body to a target attitude and holds it there.
 
 It answers every pair of ``pose`` and ``twist`` of one stamp with a torque on ``wrench``. Run it in the namespace of the
-node that it controls: ``ros2 run rigid_body_sim pointing_controller --ros-args -p target:=[1.0,0.0,0.0,0.0]``.
+node that it controls: ``ros2 run rigid_body_sim pointing_controller --ros-args -p target.rpy:=[0.0,0.0,1.57]``.
 """
 
 import sys

@@ -2,29 +2,49 @@
 
 import numpy as np
 from geometry_msgs.msg import PoseStamped, TwistStamped, WrenchStamped
-from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.clock import Clock, ClockType
-from rclpy.exceptions import InvalidParameterTypeException
 from rclpy.node import Node
 
 from ..physics import rotation
+from ..ros import parameters
 from ..ros.executor import executor_for
-from ..ros.parameters import refuse_undeclared
 from ..ros.program import StopRequest
+from ..scene import attitude, schema
+from ..scene.schema import Parameter
 from .control import PointingLaw, pointing_law
 
 QUEUE = 10
 WARN_EVERY = 5.0  # s between two warnings of the same kind
 
-# Name, default and meaning. The inertia is that of config/satellite.yaml.
+# The inertia is that of config/satellite.yaml.
 PARAMETERS = (
-    ("target", [1.0, 0.0, 0.0, 0.0], "Attitude to hold: quaternion w, x, y, z, body to world; normalised."),
-    ("inertia", [0.143956, 0.185168, 0.061212, 0.0, 0.0, 0.0], "ixx, iyy, izz, ixy, ixz, iyz, body axes [kg m²]."),
-    ("natural_frequency", 1.5, "Of the closed loop for small angles [rad/s]."),
-    ("damping_ratio", 1.0, "Of the closed loop for small angles; 1 = no overshoot."),
-    ("max_torque", 0.05, "Longest torque vector commanded; a longer one is shortened and keeps its direction [N m]."),
-    ("frame_id", "", "Body frame for the commands' headers; empty = the one that twist is expressed in."),
+    *schema.attitude("target", "the attitude to hold, body to world"),
+    Parameter(
+        "inertia",
+        tuple,
+        (0.143956, 0.185168, 0.061212, 0.0, 0.0, 0.0),
+        "ixx, iyy, izz, ixy, ixz, iyz, body axes.",
+        "kg m²",
+    ),
+    Parameter("natural_frequency", float, 1.5, "Of the closed loop for small angles.", "rad/s", above=0.0),
+    Parameter("damping_ratio", float, 1.0, "Of the closed loop for small angles; 1 = no overshoot.", above=0.0),
+    Parameter(
+        "max_torque",
+        float,
+        0.05,
+        "Longest torque vector commanded; a longer one is shortened and keeps its direction.",
+        "N m",
+        above=0.0,
+    ),
+    Parameter(
+        "frame_id",
+        str,
+        "",
+        "Body frame for the commands' headers; empty = the one that twist is expressed in.",
+        optional=True,
+    ),
 )
+TABLE = {parameter.name: parameter for parameter in PARAMETERS}
 
 
 class PointingController(Node):
@@ -32,23 +52,18 @@ class PointingController(Node):
 
     def __init__(self, **node_arguments):
         super().__init__("pointing_controller", **node_arguments)
-        values = {name: self._declare(name, default, text) for name, default, text in PARAMETERS}
-        self._frame_id = values.pop("frame_id")
-        self.law: PointingLaw = pointing_law(**values)
+        values = attitude.read(parameters.given(self), TABLE)
+        self._frame_id = values["frame_id"]
+        law = {name: values[name] for name in ("inertia", "natural_frequency", "damping_ratio", "max_torque")}
+        self.law: PointingLaw = pointing_law(attitude.quaternion(values, "target"), **law)
+        parameters.declare_values(self, values, TABLE)
         self.law.torque(self.law.target, np.zeros(3))  # compiles what it calls: the first answer must not come late
         self._steady_clock = Clock(clock_type=ClockType.STEADY_TIME)
-        refuse_undeclared(self)
+        parameters.refuse_undeclared(self)
         self._waiting: dict[tuple[type, int], PoseStamped | TwistStamped] = {}
         self._publisher = self.create_publisher(WrenchStamped, "wrench", QUEUE)
         self.create_subscription(PoseStamped, "pose", self._on_message, QUEUE)
         self.create_subscription(TwistStamped, "twist", self._on_message, QUEUE)
-
-    def _declare(self, name: str, default: object, text: str) -> object:
-        descriptor = ParameterDescriptor(description=text, read_only=True)
-        try:
-            return self.declare_parameter(name, default, descriptor).value
-        except InvalidParameterTypeException as reason:
-            raise ValueError(f"{reason}; write numbers with a point, such as 1.0") from None
 
     def _on_message(self, message: PoseStamped | TwistStamped) -> None:
         """Wait for the other half: pose and twist of a step come one after the other, in either order."""

@@ -140,9 +140,11 @@ def changed(scene: Scene, variations: Sequence[Variation], values: Values) -> Sc
         if varied.index is None:
             changes[varied.name] = value
         else:
-            array = changes.setdefault(varied.name, list(scene[varied.name]))
+            array = changes.setdefault(varied.name, list(scene.given(varied.name)))
             if varied.index >= len(array):
-                raise ValueError(f"parameter {varied.name} has {len(array)} entries; there is no [{varied.index}]")
+                raise ValueError(
+                    f"parameter {varied.name} has {len(array)} entries in this scene; there is no [{varied.index}]"
+                )
             array[varied.index] = value
     return scene.changed(changes)
 

@@ -20,7 +20,7 @@ SCENE = {
     "body.mass": 2.0,
     "body.inertia": [0.1, 0.2, 0.25, 0.0, 0.0, 0.0],
     "body.center_of_mass": [0.01, -0.02, 0.03],
-    "initial.orientation": [0.4, 0.2, -0.8, 0.4],
+    "initial.orientation": {"w": 0.4, "x": 0.2, "y": -0.8, "z": 0.4},
     "initial.angular_velocity": [1.1, -2.0, 0.7],
     "gravity": [0.0, 0.0, -9.80665],
     "frames.hook.position": [0.1, 0.2, 0.3],

@@ -10,7 +10,7 @@ from rigid_body_sim.bags import journal
 from rigid_body_sim.bags.rosbags_support import BagError
 
 BODY = {"body.mass": 2.0, "body.inertia": [0.1, 0.2, 0.25, 0.01, 0.0, -0.02], "body.center_of_mass": [0.1, 0.0, 0.3]}
-SPIN = {"initial.angular_velocity": [0.3, 1.0, 0.2], "initial.orientation": [0.4, 0.2, -0.8, 0.4]}
+SPIN = {"initial.angular_velocity": [0.3, 1.0, 0.2], "initial.orientation": {"w": 0.4, "x": 0.2, "y": -0.8, "z": 0.4}}
 SCENES = {
     "smooth": {**BODY, **SPIN, "gravity": [0.0, 0.0, -9.80665]},
     "from a shape": {**SPIN, "body.shape": "box", "body.dimensions": [0.1, 0.2, 0.7], "body.density": 900.0},
@@ -173,6 +173,24 @@ def test_beginning_needs_no_files():
     assert start.kernels == json.loads(run.texts[0])["kernels"]
 
 
+def test_journal_of_an_earlier_version_is_read():
+    """Its scene has quaternions as w, x, y, z in a row, of the body and of its frames."""
+    scene = Scene({**BODY, **SPIN, "frames.hook.orientation": {"w": 0.6, "x": 0.0, "y": 0.8, "z": 0.0}})
+    run = Run(scene)
+    for _ in range(5):
+        run.simulation.step(7)
+        run.show()
+    entry = json.loads(run.texts[0])
+    parameters = entry["parameters"]
+    for prefix in ("initial", "frames.hook"):
+        parameters[f"{prefix}.orientation"] = [parameters.pop(f"{prefix}.orientation.{part}") for part in "wxyz"]
+        del parameters[f"{prefix}.rpy"]
+    assert parameters["initial.orientation"] == [0.4, 0.2, -0.8, 0.4]
+    run.texts[0] = json.dumps(entry)
+    assert journal.beginning(journal.read(run.texts)).scene.values == scene.values
+    assert run.repeated() == run.motions
+
+
 def test_simulation_without_a_journal_works():
     sim = journal.JournaledSimulation.from_scene(Scene(BODY))
     sim.set_wrench(Wrench())
@@ -214,6 +232,12 @@ def test_hole_is_said_where_it_is():
         (lambda run: run.texts.pop(0), "does not begin with a scene"),
         (lambda run: run.texts.clear(), "does not begin with a scene"),
         (lambda run: run.texts.__setitem__(0, run.texts[0].replace("body.mass", "body.mas")), "did you mean body.mass"),
+        (
+            lambda run: run.texts.__setitem__(
+                0, run.texts[0].replace('"initial.rpy": []', '"initial.orientation": [1]')
+            ),
+            "initial.orientation = .1.: has 1 entries",
+        ),
         (lambda run: run.texts.__setitem__(2, run.texts[2].replace("torque_body", "torque")), "cannot be repeated"),
     ],
 )

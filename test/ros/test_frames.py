@@ -31,9 +31,10 @@ SCENE = {
     "body.inertia": [0.2, 0.3, IZZ, 0.0, 0.0, 0.0],
     "body.center_of_mass": [*COM.tolist(), 0.0],
     "initial.position": [*START.tolist(), 0.0],
-    "initial.orientation": [2 * math.cos(ANGLE / 2), 0.0, 0.0, 2 * math.sin(ANGLE / 2)],  # to be normalised
+    # To be normalised.
+    "initial.orientation": {"w": 2 * math.cos(ANGLE / 2), "x": 0.0, "y": 0.0, "z": 2 * math.sin(ANGLE / 2)},
     "frames.thruster.position": [*THRUSTER.tolist(), 0.0],
-    "frames.thruster.orientation": [math.cos(THRUSTER_ANGLE / 2), 0.0, 0.0, math.sin(THRUSTER_ANGLE / 2)],
+    "frames.thruster.rpy": [0.0, 0.0, THRUSTER_ANGLE],
     "frames.hook.position": [*HOOK.tolist(), 0.0],
     "frames.hook.axes": "world",
 }

@@ -19,7 +19,7 @@ SCENE = {
     "body.mass": MASS,
     "body.inertia": [0.2, 0.3, IZZ, 0.0, 0.0, 0.0],
     "body.center_of_mass": COM.tolist(),
-    "initial.orientation": [math.cos(ANGLE / 2), 0.0, 0.0, math.sin(ANGLE / 2)],
+    "initial.rpy": [0.0, 0.0, ANGLE],
     "frames.hook.position": HOOK.tolist(),
     "frames.hook.axes": "world",
 }

@@ -24,7 +24,7 @@ SCENE = {
     "wrench.topics": ["wrench", "gust"],
     "body.mass": 2.0,
     "body.inertia": [0.1, 0.2, 0.25, 0.0, 0.0, 0.0],
-    "initial.orientation": [0.4, 0.2, -0.8, 0.4],
+    "initial.orientation": {"w": 0.4, "x": 0.2, "y": -0.8, "z": 0.4},
     "initial.angular_velocity": [1.1, -2.0, 0.7],
     "gravity": [0.0, 0.0, -9.80665],
 }
@@ -56,7 +56,7 @@ def closed_loop(remote, rounds=ROUNDS):
     remote.settle()
     remote.poses.clear()
     remote.twists.clear()
-    force, torque = command(SCENE["initial.orientation"], SCENE["initial.angular_velocity"])
+    force, torque = command([*SCENE["initial.orientation"].values()], SCENE["initial.angular_velocity"])
     for answered in range(1, rounds + 1):
         remote.send("base_link", force, torque)
         track = remote.collect(answered)
@@ -70,7 +70,7 @@ def closed_loop(remote, rounds=ROUNDS):
 def offline(rounds=ROUNDS):
     """The same without ROS."""
     sim = Simulation.from_scene(Scene(SCENE))
-    rows, q, w = [], SCENE["initial.orientation"], SCENE["initial.angular_velocity"]
+    rows, q, w = [], [*SCENE["initial.orientation"].values()], SCENE["initial.angular_velocity"]
     for _ in range(rounds):
         force, torque = command(q, w)
         sim.set_wrench(Wrench(force_body=force, torque_body=torque), SCENE["wrench.timeout"])

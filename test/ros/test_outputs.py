@@ -39,7 +39,7 @@ SCENE = {
     "body.dimensions": [0.8, 1.2, 1.5],
     "body.center_of_mass": COM.tolist(),
     "initial.position": [0.3, -0.2, 0.5],
-    "initial.orientation": [0.4, 0.2, -0.8, 0.4],
+    "initial.orientation": {"w": 0.4, "x": 0.2, "y": -0.8, "z": 0.4},
     "initial.linear_velocity": [0.5, 0.2, 3.0],
     "initial.angular_velocity": [1.1, -2.0, 0.7],
     "frames.thruster.position": THRUSTER.tolist(),
@@ -227,7 +227,7 @@ def test_clock_ticks_with_the_stamps(runs, nodes):
 
 def marker_of(**given):
     """The marker message of a scene, its pose filled in for a body at (1, 2, 3) turned by 90° about z."""
-    state = {"initial.position": (1.0, 2.0, 3.0), "initial.orientation": (1.0, 0.0, 0.0, 1.0)}
+    state = {"initial.position": (1.0, 2.0, 3.0), "initial.orientation": {"w": 1.0, "x": 0.0, "y": 0.0, "z": 1.0}}
     scene = Scene({**state, **{name.replace("__", "."): value for name, value in given.items()}})
     simulation = Simulation.from_scene(scene)
     output = outputs.KINDS["marker"](scene, simulation)
@@ -260,7 +260,7 @@ def test_marker_without_a_shape_is_an_ellipsoid_of_the_same_inertia():
     R = matrices(np.array([[np.cos(0.25), np.sin(0.25), 0.0, 0.0]]))[0]
     inertia = R @ moments @ R.T
     entries = inertia[(0, 1, 2, 0, 0, 1), (0, 1, 2, 1, 2, 2)].tolist()
-    marker = marker_of(body__mass=1.0, body__inertia=entries, initial__orientation=(1.0, 0.0, 0.0, 0.0))
+    marker = marker_of(body__mass=1.0, body__inertia=entries, initial__orientation=schema.PARTS)
     assert marker.type == marker.SPHERE
     axes = matrices(np.array([_wxyz(marker.pose.orientation)]))[0]
     semi = np.array(_xyz(marker.scale)) / 2

@@ -19,7 +19,7 @@ REFUSED = {
     "zero mass": ({"body.mass": 0.0}, "parameter body.mass = 0.0: is out of range"),
     "negative inertia": ({"body.inertia": [0.1, 0.1, -0.1, 0.0, 0.0, 0.0]}, "parameter body.inertia = "),
     "triangle inequality": ({"body.inertia": [0.1, 0.1, 0.3, 0.0, 0.0, 0.0]}, "parameter body.inertia = "),
-    "zero quaternion": ({"initial.orientation": [0.0, 0.0, 0.0, 0.0]}, "parameter initial.orientation"),
+    "zero quaternion": ({"initial.orientation": dict.fromkeys("wxyz", 0.0)}, "parameter initial.orientation"),
     "wrong length": ({"gravity": [0.0, -9.81]}, "parameter gravity = [0.0, -9.81]: has 2 entries; give 3"),
     "empty array": ({"gravity": []}, "parameter gravity"),
     "string for a number": ({"body.mass": "2.0"}, "parameter body.mass = '2.0': '2.0' is not a number"),

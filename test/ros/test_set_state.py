@@ -28,7 +28,7 @@ SCENE = {
     "body.inertia": [0.2, 0.3, 0.4, 0.01, -0.02, 0.03],
     "body.center_of_mass": COM.tolist(),
     "initial.position": [1.0, 2.0, 3.0],
-    "initial.orientation": [0.9, 0.1, -0.3, 0.2],
+    "initial.orientation": {"w": 0.9, "x": 0.1, "y": -0.3, "z": 0.2},
     "initial.linear_velocity": [0.5, -1.0, 0.25],
     "initial.angular_velocity": SPIN.tolist(),
 }
@@ -215,7 +215,8 @@ def test_bad_state_is_refused_counted_and_changes_nothing(node, send, bad):
     assert position[0] == pytest.approx(start + speed / RATE, rel=0, abs=2e-15)  # measured 2.2e-16
 
 
-R_START = matrices(np.array([SCENE["initial.orientation"]]) / np.linalg.norm(SCENE["initial.orientation"]))[0]
+Q_START = np.array([*SCENE["initial.orientation"].values()])
+R_START = matrices(Q_START[None] / np.linalg.norm(Q_START))[0]
 
 
 class Ears:

@@ -43,7 +43,7 @@ SCENE = {
     "body.inertia": [0.2, 0.3, 0.4, 0.01, 0.0, 0.02],
     "body.center_of_mass": [0.1, -0.05, 0.2],
     "initial.position": [0.3, -0.2, 0.5],
-    "initial.orientation": [0.4, 0.2, -0.8, 0.4],
+    "initial.orientation": {"w": 0.4, "x": 0.2, "y": -0.8, "z": 0.4},
     "initial.linear_velocity": [0.5, 0.2, 3.0],
     "initial.angular_velocity": [1.1, -2.0, 0.7],
     "gravity": [0.0, 0.0, -9.8],

@@ -18,7 +18,7 @@ WrenchReader = pytest.importorskip("rigid_body_sim.ros.wrench_reader").WrenchRea
 SCENE = Scene(
     {
         "frames.thruster.position": (-0.3, 0.2, 0.1),
-        "frames.thruster.orientation": (0.4, 0.2, -0.8, 0.4),
+        "frames.thruster.orientation": {"w": 0.4, "x": 0.2, "y": -0.8, "z": 0.4},
         "frames.hook.axes": "world",
         "frames.größe.axes": "world",  # five letters, seven bytes
     }

@@ -6,14 +6,14 @@ import pytest
 
 from rigid_body_sim import load_scene
 from rigid_body_sim.physics import rotation
-from rigid_body_sim.scene import installed
+from rigid_body_sim.scene import attitude, installed
 
 CONFIG = Path(__file__).parents[2] / "config"
 
 
 def test_scene_is_found_by_its_name():
     scene = load_scene(installed.installed_scene("satellite"))
-    assert rotation.norm(scene["initial.orientation"]) == pytest.approx(1.0)
+    assert rotation.norm(attitude.quaternion(scene.values, "initial")) == pytest.approx(1.0)
     assert installed.installed_scene("no_such_scene").name == "no_such_scene.yaml"
 
 

@@ -120,7 +120,7 @@ def test_scene_describes_its_body_and_state():
             "body.inertia": (0.3, 0.4, 0.5, 0.01, 0.02, 0.03),
             "body.center_of_mass": (0.1, 0.2, 0.3),
             "initial.position": (1, 2, 3),
-            "initial.orientation": (0, 0, 0, 2),
+            "initial.orientation": {"w": 0, "x": 0, "y": 0, "z": 2},
             "initial.linear_velocity": (4, 5, 6),
             "initial.angular_velocity": (7, 8, 9),
         }
@@ -166,8 +166,9 @@ def force_and_torque(wrench, q):
 
 @pytest.mark.parametrize("axes", ["body", "world"])
 def test_wrench_in_a_frame_acts_at_its_origin_and_in_its_axes(axes):
-    given = {"position": POSITION, "orientation": ORIENTATION, "axes": axes}
-    frame = Scene({f"frames.nozzle.{name}": value for name, value in given.items()}).frames["nozzle"]
+    orientation = dict(zip("wxyz", ORIENTATION, strict=True))
+    given = {"position": POSITION, "orientation": orientation, "axes": axes}
+    frame = Scene({"frames": {"nozzle": given}}).frames["nozzle"]
     q = rotation.normalize((0.9, 0.3, -0.2, 0.1))
     to_world = rotation.to_matrix(q) @ rotation.to_matrix(ORIENTATION) if axes == "body" else np.eye(3)
     arm = rotation.to_matrix(q) @ (np.array(POSITION) - BODY.center_of_mass)

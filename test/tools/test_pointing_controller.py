@@ -38,9 +38,10 @@ def test_ends_when_asked(number):
 @pytest.mark.parametrize(
     ("setting", "reason"),
     (
-        ("target:=[1,0,0,0]", "expecting type"),
-        ("targt:=[1.0,0.0,0.0,0.0]", "did you mean target?"),
-        ("max_torque:=-1.0", "greater than zero"),
+        ("target:=[0,0,0,1]", "as x, y, z, w that is {w: 1, x: 0, y: 0, z: 0}; as w, x, y, z it is {w: 0, x: 0,"),
+        ("target.orientation.w:=1", "given without target.orientation.x, target.orientation.y, target.orientation.z"),
+        ("targt.rpy:=[0.0,0.0,1.0]", "did you mean target.rpy?"),
+        ("max_torque:=-1.0", "greater than 0"),
         ("inertia:=[1.0]", "shape"),
     ),
 )
@@ -54,7 +55,7 @@ def test_useless_parameter_is_one_sentence(setting, reason):
 
 @pytest.fixture
 def make_controller(monkeypatch):
-    """A function: a controller in this process, with ``frame_id`` given or not."""
+    """A function: a controller in this process, with this ``frame_id`` and other parameters."""
     from rclpy.parameter import Parameter
 
     from rigid_body_sim.tools.pointing_node import PointingController
@@ -63,8 +64,23 @@ def make_controller(monkeypatch):
         monkeypatch.setenv(name, value)
     context = rclpy.Context()
     rclpy.init(context=context)
-    yield lambda name: PointingController(context=context, parameter_overrides=[Parameter("frame_id", value=name)])
+
+    def make(frame_id, **others):
+        given = [Parameter(name, value=value) for name, value in {"frame_id": frame_id, **others}.items()]
+        return PointingController(context=context, parameter_overrides=given)
+
+    yield make
     context.try_shutdown()
+
+
+def test_target_is_given_as_angles_or_by_named_parts(make_controller):
+    half = np.sqrt(0.5)
+    angles = make_controller("", **{"target.rpy": [0.0, 0.0, np.pi / 2]})
+    parts = make_controller("", **{f"target.orientation.{p}": v for p, v in zip("wxyz", (2.0, 0, 0, 2), strict=True)})
+    for controller in (angles, parts):
+        assert controller.law.target == pytest.approx((half, 0.0, 0.0, half), abs=1e-15)  # measured 1.1e-16
+        assert controller.get_parameter("target.rpy").value == []
+    assert make_controller("").law.target.tolist() == [1.0, 0.0, 0.0, 0.0]
 
 
 def pair(omega: np.ndarray, twist_frame: str) -> tuple:

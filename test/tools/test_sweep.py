@@ -141,6 +141,7 @@ def test_rows_of_another_command_are_not_gone_on_with(folder, capsys):
         (("steps_per_command=1,2",), "a command advances nothing in real time"),
         (("body.mass=1:2:inf",), "1:2:inf is not first:last:count"),
         (("body.mass=1", "--csv", "run"), "--csv run: is a folder; give a file, such as run/runs.csv"),
+        (("initial.orientation[0]=0,1",), "initial.orientation is not known; did you mean initial.orientation."),
         (("gravity=1,2",), "give one entry, such as gravity[0]=..."),
         (("gravity[3]=1,2",), "gravity has the entries 0 to 2"),
         (("body.mass[0]=1",), "give no [0]: it is no array"),
@@ -155,6 +156,17 @@ def test_rows_of_another_command_are_not_gone_on_with(folder, capsys):
 )
 def test_what_cannot_be_varied(folder, capsys, arguments, said):
     assert said in refusal(capsys, *SWEEP, *arguments)
+
+
+def test_attitude_is_varied_by_its_parts_or_its_angles():
+    parts, angles = (sweep.variation(text) for text in ("initial.orientation.x=0.5,0.7", "initial.rpy[2]=1,2"))
+    scene = Scene({"initial.rpy": [0.1, 0.2, 0.3]})
+    assert sweep.changed(scene, [angles], (2.0,)).values == Scene({"initial.rpy": [0.1, 0.2, 2.0]}).values
+    w, y, z = (scene[f"initial.orientation.{part}"] for part in "wyz")
+    wanted = Scene({"initial": {"orientation": {"w": w, "x": 0.7, "y": y, "z": z}}})
+    assert sweep.changed(scene, [parts], (0.7,)).values == wanted.values
+    with pytest.raises(ValueError, match=r"initial\.rpy has 0 entries in this scene; there is no \[2\]"):
+        sweep.changed(wanted, [angles], (1.0,))
 
 
 def test_values_are_checked_before_the_bag_is_read(folder, capsys):
