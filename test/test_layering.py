@@ -118,7 +118,11 @@ BAD = {  # a module, its text, and what is said about it
         "only ros and tools may use ROS",
     ),
     "services in the report": ("report.page", "import std_srvs.srv as s", "only ros and tools may use ROS"),
-    "numba elsewhere": ("integrators.taylor", "from numba import njit", "only physics.compiled and physics.kernel_cache may use numba"),
+    "numba elsewhere": (
+        "integrators.taylor",
+        "from numba import njit",
+        "only physics.compiled and physics.kernel_cache may use numba",
+    ),
 }
 
 

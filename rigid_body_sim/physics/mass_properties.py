@@ -48,6 +48,10 @@ class MassProperties:
         """The Body of this mass distribution. Raises ValueError where it has no extent in some direction."""
         return Body(self.mass, self.inertia, self.center_of_mass)
 
+    def with_mass(self, mass: float) -> "MassProperties":
+        """The same shape, evenly heavier or lighter. Raises ValueError for a mass [kg] that is not positive."""
+        return MassProperties(mass, self.inertia * (mass / self.mass), self.center_of_mass)
+
     def placed(self, position: Vector = ZERO, q: ArrayLike = (1.0, 0.0, 0.0, 0.0)) -> "MassProperties":
         """The same thing in another frame, in which its own frame has this position [m] and attitude; theory (2.4.11).
 

@@ -47,16 +47,24 @@ class Scene:
 
     They are given by dotted names or nested, ``{"body": {"mass": 2.0}}``. Mass, inertia and centre of mass have the
     values in use, also where they follow from a shape or a file; so has a quaternion that was given as angles.
-    Relative paths of files begin at ``folder``, by default the working directory.
+    Relative paths of files begin at ``folder``, by default the working directory; what another scene has read already
+    is in ``files``.
 
     Raises ValueError, with a sentence that names the parameter, for an unknown name, a bad value, or values that do not
     go together.
     """
 
-    def __init__(self, given: Mapping[str, Any] | None = None, folder: str | os.PathLike[str] = ""):
+    def __init__(
+        self,
+        given: Mapping[str, Any] | None = None,
+        folder: str | os.PathLike[str] = "",
+        *,
+        files: mass_source.Files | None = None,
+    ):
         self._given, self._folder = schema.flat(given or {}), folder
+        self._files: mass_source.Files = {} if files is None else files
         self.values = attitude.read(self._given)
-        self.values.update(mass_source.resolve(self.values, self._given, folder))
+        self.values.update(mass_source.resolve(self.values, self._given, folder, self._files))
         self.steps_per_publish = self._steps_per_publish()
         self.frames = self._frames()
         self.body()
@@ -65,10 +73,14 @@ class Scene:
     def changed(self, changes: Mapping[str, Any]) -> "Scene":
         """The scene with other values for some parameters; what followed from others follows from them anew.
 
+        Files are not read again, unless another one is named.
+
         Raises ValueError as the constructor does.
         """
         changes = schema.flat(changes)
-        return Scene({**attitude.replaced(self._given, changes, self.values), **changes}, self._folder)
+        return Scene(
+            {**attitude.replaced(self._given, changes, self.values), **changes}, self._folder, files=self._files
+        )
 
     def given(self, name: str) -> Any:
         """The value as it was given, where it was, else the one in use."""

@@ -6,13 +6,12 @@ from typing import Any
 
 import numpy as np
 
-from ..physics.mass_properties import MassProperties
+from ..physics.mass_properties import MassProperties, mass_of
 from ..physics.mesh import of_mesh
 from ..physics.shapes import SHAPES
 from . import mesh_file, schema, urdf
 from .file_path import located
 
-_SOURCES = ("body.shape", "body.mesh_file", "body.urdf_file")
 _NEEDS = {  # a parameter, and those of which it needs one
     "body.dimensions": ("body.shape",),
     "body.density": ("body.shape", "body.mesh_file"),
@@ -20,11 +19,16 @@ _NEEDS = {  # a parameter, and those of which it needs one
 }
 
 
-def resolve(values: Mapping[str, Any], given: Mapping[str, Any], folder: str | os.PathLike[str]) -> dict[str, Any]:
+Files = dict[tuple[Any, ...], MassProperties]  # what was read, by the values of the parameters that name it
+
+
+def resolve(
+    values: Mapping[str, Any], given: Mapping[str, Any], folder: str | os.PathLike[str], files: Files
+) -> dict[str, Any]:
     """Those of body.mass, body.inertia and body.center_of_mass that follow from another parameter.
 
     ``values`` are all parameters, checked; ``given`` those that the user gave; ``folder`` is where the paths of files
-    begin. A parameter that follows may be given too when it says the same to the last bit, so that what a node holds
+    begin. What is in ``files`` is not read again, and what is read is added: a file changes no body that is there. A parameter that follows may be given too when it says the same to the last bit, so that what a node holds
     can be given to another one. Raises ValueError when two parameters contradict each other, one lacks another, or a
     shape or file is bad.
     """
@@ -40,7 +44,7 @@ def resolve(values: Mapping[str, Any], given: Mapping[str, Any], folder: str | o
         return {}
     (source,) = sources
     try:
-        properties = _READERS[source](values, folder)
+        properties = _SOURCES[source](values, folder, files)
         properties.body()
     except (OSError, ValueError) as reason:
         raise ValueError(f"parameter {source} = {_shown(values[source])}: {_told(reason)}") from None
@@ -70,20 +74,27 @@ def _refuse_contradictions(
             )
 
 
-def _of_shape(values: Mapping[str, Any], _: str | os.PathLike[str]) -> MassProperties:
+def _of_shape(values: Mapping[str, Any], _: str | os.PathLike[str], __: Files) -> MassProperties:
     return SHAPES[values["body.shape"]].mass_properties(values["body.dimensions"], *_amount(values))
 
 
-def _of_mesh_file(values: Mapping[str, Any], folder: str | os.PathLike[str]) -> MassProperties:
+def _of_mesh_file(values: Mapping[str, Any], folder: str | os.PathLike[str], files: Files) -> MassProperties:
+    key = ("body.mesh_file", values["body.mesh_file"])
     with np.errstate(over="ignore", invalid="ignore"):  # what overflows is refused
-        return of_mesh(*mesh_file.read(located(values["body.mesh_file"], folder)), *_amount(values))
+        if key not in files:
+            files[key] = of_mesh(*mesh_file.read(located(values["body.mesh_file"], folder)), density=1.0)
+        volume = files[key].mass
+        return files[key].with_mass(mass_of(volume, *_amount(values)))
 
 
-def _of_urdf(values: Mapping[str, Any], folder: str | os.PathLike[str]) -> MassProperties:
-    return urdf.read(located(values["body.urdf_file"], folder), values["body.urdf_link"])
+def _of_urdf(values: Mapping[str, Any], folder: str | os.PathLike[str], files: Files) -> MassProperties:
+    key = ("body.urdf_file", values["body.urdf_file"], values["body.urdf_link"])
+    if key not in files:
+        files[key] = urdf.read(located(values["body.urdf_file"], folder), values["body.urdf_link"])
+    return files[key]
 
 
-_READERS: dict[str, Callable[[Mapping[str, Any], str | os.PathLike[str]], MassProperties]] = {
+_SOURCES: dict[str, Callable[[Mapping[str, Any], str | os.PathLike[str], Files], MassProperties]] = {
     "body.shape": _of_shape,
     "body.mesh_file": _of_mesh_file,
     "body.urdf_file": _of_urdf,

@@ -184,6 +184,21 @@ def test_body_of_a_shape_follows_with_its_inertia(nodes):
     assert (mass, list(inertia)) == (12.0, pytest.approx([13.0, 10.0, 5.0, 0.0, 0.0, 0.0], rel=1e-15))
 
 
+def test_file_that_is_gone_or_another_changes_no_body(connect, tmp_path):
+    """A mass of 2 kg stays when the file has 7 kg, and gravity can be set when it is gone."""
+    file = tmp_path / "hull.urdf"
+    text = (
+        '<robot name="r"><link name="hull"><inertial><mass value="2"/>'
+        '<inertia ixx="0.1" ixy="0" ixz="0" iyy="0.2" iyz="0" izz="0.25"/></inertial></link></robot>'
+    )
+    file.write_text(text)
+    node = connect({**{n: v for n, v in SCENE.items() if n != "body.inertia"}, "body.urdf_file": str(file)}).ready()
+    for change in (lambda: file.write_text(text.replace('"2"', '"7"')), file.unlink):
+        change()
+        assert node.set_parameter("gravity", [0.0, 0.0, -1.0]).successful
+        assert node.get_parameters("body.mass") == [2.0]
+
+
 def test_change_is_told_as_a_parameter_event_with_all_that_follows(nodes):
     from rcl_interfaces.msg import ParameterEvent
 

@@ -1,5 +1,6 @@
 """Where a scene's inertia comes from: shape, mesh, URDF link, or given; one source, and no contradictions."""
 
+import contextlib
 import importlib.util
 
 import numpy as np
@@ -101,6 +102,35 @@ def test_paths_begin_at_the_scene_file_or_the_working_directory(folder, monkeypa
     monkeypatch.chdir(folder)
     assert Scene({"body.urdf_file": "hull.urdf"})["body.mass"] == 2.5
     assert Scene({"body.urdf_file": str(folder / "hull.urdf")}, "/nowhere")["body.mass"] == 2.5
+
+
+@needs_trimesh
+@pytest.mark.parametrize("file", ["box.stl", "hull.urdf"])
+def test_files_are_read_once(folder, file, monkeypatch):
+    """What becomes of a file later changes no body, and a change that has nothing to do with it goes on."""
+    source = "body.mesh_file" if file.endswith("stl") else "body.urdf_file"
+    scene = Scene({source: str(folder / file), "gravity": (0.0, 0.0, -9.81)})
+    (folder / file).write_text(stl(TRIANGLES[:-1]) if file.endswith("stl") else URDF.replace("2.5", "7"))
+    with pytest.raises(ValueError, match="is open") if file.endswith("stl") else contextlib.nullcontext():
+        assert Scene({source: str(folder / file)})["body.mass"] == 7.0
+    for _ in range(2):
+        scene = scene.changed({"gravity": (0.0, 0.0, -1.62)})
+        assert scene.body() == Scene({source: str(folder / file)}, files=scene._files).body()
+        (folder / file).unlink(missing_ok=True)
+    assert scene["body.mass"] == (1.0 if file.endswith("stl") else 2.5)
+    with pytest.raises(ValueError, match="No such file"):
+        scene.changed({source: str(folder / f"other_{file}")})
+
+
+@needs_trimesh
+def test_inertia_of_a_mesh_follows_its_mass_without_its_file(folder):
+    scene = Scene({"body.mesh_file": str(folder / "box.stl"), "body.mass": 3.0})
+    heavy = Scene({"body.mesh_file": str(folder / "box.stl"), "body.mass": 4.5})
+    (folder / "box.stl").unlink()
+    assert scene.changed({"body.mass": 4.5})["body.inertia"] == heavy["body.inertia"]
+    assert_allclose(heavy["body.inertia"], 1.5 * np.array(scene["body.inertia"]), rtol=1e-15, atol=1e-18)  # 1.4e-16
+    by_density = Scene({"body.mesh_file": str(folder / "box.obj"), "body.density": 100.0})
+    assert_allclose(by_density["body.inertia"], scene["body.inertia"], rtol=1e-15, atol=1e-18)  # measured 1.9e-16
 
 
 def test_values_of_a_scene_make_the_same_scene(folder):
