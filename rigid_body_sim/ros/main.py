@@ -9,7 +9,10 @@ def main(args: list[str] | None = None) -> int:
     """Run the node until Ctrl-C or SIGTERM. Returns the exit status: 0, or 1 when the node cannot start."""
     program.open_standard_streams()
     stop = program.StopRequest()  # before anything slow is imported or compiled
+    from . import arguments
+
     try:
+        given = arguments.read(args, "rigid_body_node")
         if warning := middleware.avoid_full_memory():
             print(f"rigid_body_node: {warning}", file=sys.stderr)
     except ValueError as reason:
@@ -18,7 +21,7 @@ def main(args: list[str] | None = None) -> int:
     _load_kernels()
     from .node import RigidBodyNode
 
-    return program.run("rigid_body_node", RigidBodyNode, stop, args)
+    return program.run("rigid_body_node", RigidBodyNode, stop, given)
 
 
 def _load_kernels() -> None:

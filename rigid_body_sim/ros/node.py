@@ -2,6 +2,9 @@
 
 import gc
 import time
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.node import Node
@@ -22,13 +25,14 @@ QUEUE = 10
 class RigidBodyNode(Node):
     """ROS 2 interface of one Simulation; see docs/interface.md.
 
-    Raises ValueError for parameters that are unknown or bad. One thread does everything: ``run`` takes the steps that
+    ``given`` are parameters by dotted name, beside those that rclpy gets by its own ways. Raises ValueError for
+    parameters that are unknown or bad. One thread does everything: ``run`` takes the steps that
     are due and gives the time left to the executor, so commands arrive between two steps and need no lock.
     """
 
-    def __init__(self, **node_arguments):
+    def __init__(self, given: Mapping[str, Any] = MappingProxyType({}), **node_arguments):
         super().__init__("rigid_body_node", **node_arguments)
-        self.scene = parameters.declare(self)
+        self.scene = parameters.declare(self, given)
         self.simulation = recording.simulation_of(self.scene)
         self._outputs = Outputs(self, self.scene, self.simulation)
         self.loop = Loop(self.scene, self.simulation, self._outputs, self._epoch_ns(), self.get_logger().error)

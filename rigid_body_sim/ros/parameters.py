@@ -24,12 +24,12 @@ _USE_SIM_TIME = (
 )
 
 
-def declare(node: Node) -> Scene:
+def declare(node: Node, given: Mapping[str, Any]) -> Scene:
     """Check the parameters given to ``node``, declare all of them, and return the scene they describe.
 
     Raises ValueError, with a sentence that names the parameter, when one is unknown or bad.
     """
-    scene = Scene(given(node))
+    scene = Scene(all_given(node, given))
     if node.get_parameter("use_sim_time").value:
         raise ValueError(_USE_SIM_TIME)
     declare_values(node, scene.values, schema.BY_NAME)
@@ -122,8 +122,8 @@ def _declare_empty_array(node: Node, name: str, parameter: schema.Parameter) -> 
     node.set_descriptor(name, descriptor)
 
 
-def given(node: Node) -> dict[str, Any]:
-    """Dotted names and values from files and the command line; rclpy offers no public way to those not declared yet."""
+def all_given(node: Node, given: Mapping[str, Any]) -> dict[str, Any]:
+    """``given``, and what rclpy was given, but for ROS's own; it offers no public way to those not declared yet."""
     values = {}
     for name, parameter in node._parameter_overrides.items():
         if name.startswith(_QOS):
@@ -132,16 +132,32 @@ def given(node: Node) -> dict[str, Any]:
             value = parameter.value
             # An empty array arrives as no value at all.
             values[name] = value if isinstance(value, str | bool | int | float) else list(value or ())
-    return values
+    return {**values, **given}
+
+
+def of_ros(given: Mapping[str, Any]) -> list[Parameter]:
+    """Those of ``given`` that are ROS's own, for rclpy. Raises ValueError for a value that no parameter can have."""
+    parameters = []
+    for name, value in given.items():
+        if schema.belongs_to_ros(name):
+            try:
+                parameters.append(Parameter(name, value=value))
+            except TypeError:
+                raise ValueError(
+                    f"parameter {name} = {schema.shown(value)}: is not allowed; see docs/interface.md"
+                ) from None
+    return parameters
 
 
 def _check_qos(name: str, value: Any) -> None:
     policy = name.rpartition(".")[2]
     if policy == "depth" and (isinstance(value, bool) or not isinstance(value, int) or value < 1):
-        raise ValueError(f"parameter {name} = {value!r}: is not a whole number of at least 1; give one such as 10")
+        raise ValueError(
+            f"parameter {name} = {schema.shown(value)}: is not a whole number of at least 1; give one such as 10"
+        )
     choices = _QOS_CHOICES.get(policy)
     if choices is not None and value not in choices:
-        raise ValueError(f"parameter {name} = {value!r}: is not allowed; give one of {', '.join(choices)}")
+        raise ValueError(f"parameter {name} = {schema.shown(value)}: is not allowed; give one of {', '.join(choices)}")
 
 
 def refuse_undeclared(node: Node) -> None:

@@ -5,9 +5,12 @@ import re
 import signal
 import sys
 from collections.abc import Callable
-from typing import Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 from . import middleware
+
+if TYPE_CHECKING:
+    from .arguments import Arguments
 
 
 def open_standard_streams() -> None:
@@ -62,24 +65,34 @@ class Runnable(Protocol):
     def destroy_node(self) -> None:
         """Leave the network."""
 
+    def get_logger(self) -> Any:
+        """rclpy's, of the node."""
 
-def run(name: str, make_node: Callable[[], Runnable], stop: StopRequest, args: list[str] | None) -> int:
-    """Join the network, make the node and run it until ``stop``. Returns the exit status: 0, or 1 with one sentence."""
+
+def run(name: str, make_node: Callable[..., Runnable], stop: StopRequest, given: "Arguments") -> int:
+    """Join the network, make the node and run it until ``stop``. Returns the exit status: 0, or 1 with one sentence.
+
+    ``make_node`` takes parameters by dotted name as ``given``, and those for rclpy as it does.
+    """
     import rclpy
     from rclpy.exceptions import NameValidationException, ParameterException
 
-    from ..scene.schema import one_line
+    from ..scene.schema import belongs_to_ros, one_line
+    from . import parameters
 
     stop.defer()
     middleware.use_profile()
     try:
-        _init(args)
-        node = make_node()
+        _init(given.ros)
+        own = {name: value for name, value in given.parameters.items() if not belongs_to_ros(name)}
+        node = make_node(given=own, parameter_overrides=parameters.of_ros(given.parameters))
     except (ValueError, RuntimeError, NameValidationException, ParameterException) as reason:
         print(f"{name}: {one_line(reason)}", file=sys.stderr)
         rclpy.try_shutdown()
         stop.ignore_further()
         return 1
+    for note in given.notes:
+        node.get_logger().warning(note)
     try:
         node.run(stop)
     finally:
@@ -89,19 +102,13 @@ def run(name: str, make_node: Callable[[], Runnable], stop: StopRequest, args: l
     return 0
 
 
-def _init(args: list[str] | None) -> None:
-    """rclpy.init. Raises ValueError with what is wrong about a file or an argument that rcl cannot read."""
+def _init(args: list[str]) -> None:
+    """rclpy.init. Raises ValueError with what is wrong about an argument that rcl cannot read."""
     import rclpy
 
     try:
         rclpy.init(args=args, signal_handler_options=rclpy.SignalHandlerOptions.NO)
     except RuntimeError as reason:
         text = re.sub(r",? at /\S+:\d+", "", str(reason))
-        if "log directory" in text:
-            raise ValueError(f"{text}; set ROS_LOG_DIR to a folder that can be written") from None
-        is_content = "params file" in text and "opening YAML file" not in text
-        hint = (
-            "; a parameter file has '/**:' with 'ros__parameters:' below it, a value for every name, "
-            "and numbers of one kind in an array (0.0, not 0)"
-        )
-        raise ValueError(text + (hint if is_content else "")) from None
+        hint = "; set ROS_LOG_DIR to a folder that can be written" if "log directory" in text else ""
+        raise ValueError(text + hint) from None

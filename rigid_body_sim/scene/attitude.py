@@ -38,12 +38,14 @@ def quaternion(values: Mapping[str, Any], prefix: str) -> Quaternion:
     return w, x, y, z
 
 
-def replaced(given: Mapping[str, Any], changes: Mapping[str, Any], values: Mapping[str, Any]) -> dict[str, Any]:
-    """``given`` with room for ``changes``: an attitude stays given in one way, and its parts stay whole.
+def over(
+    given: Mapping[str, Any], changes: Mapping[str, Any], values: Mapping[str, Any] | None = None
+) -> dict[str, Any]:
+    """``given`` with ``changes``, which take the place of what they contradict: angles that of a quaternion.
 
-    ``values`` are those in use.
+    With the ``values`` in use, a part of a quaternion keeps the others.
     """
-    kept = dict(given)
+    kept, values = dict(given), values or {}
     for prefix in {name.rpartition(".")[0].removesuffix(".orientation") for name in changes}:
         names, angles = _names(prefix), f"{prefix}.rpy"
         if not changes.keys().isdisjoint(names):
@@ -51,7 +53,7 @@ def replaced(given: Mapping[str, Any], changes: Mapping[str, Any], values: Mappi
             kept.update((name, values[name]) for name in names if name in values)
         elif angles in changes:
             kept = {name: value for name, value in kept.items() if name not in names}
-    return kept
+    return {**kept, **changes}
 
 
 def named(values: Mapping[str, Any]) -> dict[str, Any]:

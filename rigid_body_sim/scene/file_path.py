@@ -23,6 +23,11 @@ def located(name: str, folder: str | os.PathLike[str] = "") -> str:
     return path
 
 
+def beside(name: str, folder: str | os.PathLike[str]) -> str:
+    """The name of a file that a parameter in a file in ``folder`` gives, as it is from the working directory."""
+    return name if not name or "://" in name else os.path.join(folder, name)
+
+
 def url(name: str) -> str:
     """What RViz loads: the same file for a path that begins at the working directory, and package:// as it is."""
     return name if name.startswith(SCHEME) else f"file://{os.path.abspath(name)}"

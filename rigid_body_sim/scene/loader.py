@@ -1,14 +1,12 @@
 """Scenes: checked parameters, read from a ROS parameter file or any mapping, and the physics they describe."""
 
 import os
-import re
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, TextIO
+from typing import Any
 
 import numpy as np
-import yaml
 
 from ..physics import rotation
 from ..physics.body import Body, positive
@@ -16,7 +14,7 @@ from ..physics.resistance import Drag, Tether
 from ..physics.state import State
 from ..physics.terms import Terms
 from ..physics.wrench import PointForce, Wrench
-from . import attitude, mass_source, schema
+from . import attitude, mass_source, parameter_file, schema
 
 
 @dataclass(frozen=True)
@@ -39,7 +37,7 @@ class Frame:
 
 
 MOST_STEPS_PER_PUBLISH = 1e9
-MOST_CHARACTERS = 1_000_000  # of a scene file; the scenes of this package have 1000
+DEFAULT_NODE = "/rigid_body_node"
 
 
 class Scene:
@@ -77,10 +75,8 @@ class Scene:
 
         Raises ValueError as the constructor does.
         """
-        changes = schema.flat(changes)
-        return Scene(
-            {**attitude.replaced(self._given, changes, self.values), **changes}, self._folder, files=self._files
-        )
+        given = attitude.over(self._given, schema.flat(changes), self.values)
+        return Scene(given, self._folder, files=self._files)
 
     def given(self, name: str) -> Any:
         """The value as it was given, where it was, else the one in use."""
@@ -171,100 +167,21 @@ class Scene:
         return Frame(position, tuple(orientation.tolist()), axes)
 
 
-def load_scene(path: str | os.PathLike[str]) -> Scene:
-    """The scene in a ROS parameter file: ``/**: ros__parameters: ...`` with one node section.
+def load_scene(path: str | os.PathLike[str], node: str = "") -> Scene:
+    """The scene in a ROS parameter file, as the node of the full name ``node`` takes it: see parameter_file.
 
-    Relative paths in it begin at its folder. Raises OSError when the file cannot be read and ValueError, beginning with
-    the path, when it is not such a file or holds a parameter that is unknown or bad.
+    Without ``node`` it is that of ``/rigid_body_node``, or of the only node in the file. Relative paths in it begin at
+    its folder. Raises OSError when the file cannot be read and ValueError, beginning with the path, when it is not such
+    a file, has nothing for that node, or holds a parameter that is unknown or bad.
     """
-    with open(path, encoding="utf-8") as file:
-        try:
-            given = parameters_in(yaml.load(_text(file), Loader=_StrictLoader))
-            own = {name: value for name, value in given.items() if not schema.belongs_to_ros(name)}
-            return Scene(own, os.path.dirname(path))
-        except (yaml.YAMLError, ValueError) as reason:
-            raise ValueError(f"{os.fspath(path)}: {schema.one_line(reason)}") from None
-        except RecursionError:
-            raise ValueError(f"{os.fspath(path)}: is nested too deeply; parameters are a few levels deep") from None
-
-
-def _text(file: TextIO) -> str:
-    text = file.read(MOST_CHARACTERS + 1)
-    if len(text) > MOST_CHARACTERS:
-        raise ValueError(f"has more than {MOST_CHARACTERS} characters; a scene file has a few thousand")
-    return text
-
-
-def parameters_in(document: Any) -> dict[str, Any]:
-    """Dotted names and values in a parsed ROS parameter file. Raises ValueError when it is not one."""
-    if not isinstance(document, Mapping) or len(document) != 1:
-        raise ValueError("a scene file holds one section, such as '/**:', with 'ros__parameters:' below it")
-    (section,) = document.values()
-    if not isinstance(section, Mapping) or set(section) != {"ros__parameters"}:
-        raise ValueError("the node section of a scene file holds 'ros__parameters:' and nothing beside it")
-    parameters = section["ros__parameters"]
-    if parameters is not None and not isinstance(parameters, Mapping):
-        raise ValueError(f"'ros__parameters:' holds {schema.shown(parameters)}; it needs names with values below it")
-    return schema.flat(parameters or {})
-
-
-class _StrictLoader(yaml.SafeLoader):
-    """YAML without surprises: no key twice, no aliases, and texts, numbers, truth values, lists and maps alone.
-
-    1e-3 is a number, which PyYAML takes for a text; 2024-01-01 and 1:30 are texts, which it takes for a date and 90.
-    """
-
-    def compose_node(self, parent: yaml.Node | None, index: Any) -> yaml.Node | None:
-        if self.check_event(yaml.AliasEvent):
-            raise ValueError("a scene file has an alias (*name); write the value out, as ROS parameter files need")
-        return super().compose_node(parent, index)
-
-    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
-        pairs = node.value if isinstance(node, yaml.MappingNode) else ()  # else the rest of PyYAML refuses it
-        keys = [self.construct_object(key, deep=True) for key, _ in pairs]
-        for key in keys:
-            if not isinstance(key, str | int | float | None):
-                raise ValueError(f"key {schema.shown(key)} is no name; parameters and their groups have names")
-        for key, count in Counter(keys).items():
-            if count > 1:
-                raise ValueError(f"key {schema.shown(key)} is given twice in one section; give it once")
-        return super().construct_mapping(node, deep)
-
-    def construct_yaml_int(self, node: yaml.ScalarNode) -> int:
-        return _number(self.construct_scalar(node), lambda text: int(text, 8 if _OCTAL.match(text) else 0))
-
-    def construct_yaml_float(self, node: yaml.ScalarNode) -> float:
-        return _number(
-            self.construct_scalar(node), lambda text: float(text.replace(".inf", "inf").replace(".nan", "nan"))
-        )
-
-    def construct_yaml_bool(self, node: yaml.ScalarNode) -> bool:
-        text = self.construct_scalar(node)
-        if text.lower() not in self.bool_values:
-            raise ValueError(f"{schema.shown(text)} is no truth value; write true or false")
-        return self.bool_values[text.lower()]
-
-
-def _number(text: str, convert: Callable[[str], Any]) -> Any:
+    file = parameter_file.read(path)
     try:
-        return convert(text.lower())
-    except ValueError:
-        raise ValueError(f"{schema.shown(text)} cannot be read as a number; write it as 2, 2.0 or 2e-3") from None
+        given = file.parameters(node or _node_in(file))
+        return Scene({name: value for name, value in given.items() if not schema.belongs_to_ros(name)})
+    except ValueError as reason:
+        raise ValueError(f"{os.fspath(path)}: {schema.one_line(reason)}") from None
 
 
-_TAG = "tag:yaml.org,2002:"
-_OCTAL = re.compile(r"^[-+]?0\d")
-_KINDS = ("null", "bool", "int", "float", "str", "seq", "map")
-_NUMBERS = {
-    "int": re.compile(r"^[-+]?(0[0-7]*|[1-9]\d*|0x[0-9a-fA-F]+)$"),
-    "float": re.compile(r"^[-+]?((\d+(\.\d*)?|\.\d+)([eE][-+]?\d+)?|\.(inf|Inf|INF))$|^\.(nan|NaN|NAN)$"),
-}
-_StrictLoader.yaml_constructors = {_TAG + kind: getattr(_StrictLoader, f"construct_yaml_{kind}") for kind in _KINDS} | {
-    None: yaml.SafeLoader.construct_undefined
-}
-_StrictLoader.yaml_implicit_resolvers = {
-    first: [(tag, pattern) for tag, pattern in resolvers if tag in (_TAG + "null", _TAG + "bool")]
-    for first, resolvers in yaml.SafeLoader.yaml_implicit_resolvers.items()
-}
-for _kind, _pattern in _NUMBERS.items():
-    _StrictLoader.add_implicit_resolver(_TAG + _kind, _pattern, list("-+0123456789."))
+def _node_in(file: parameter_file.ParameterFile) -> str:
+    only = next(iter(file.sections)) if len(file.sections) == 1 else ""
+    return DEFAULT_NODE if file.has(DEFAULT_NODE) or not only or "*" in only else only

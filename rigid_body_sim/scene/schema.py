@@ -45,6 +45,7 @@ class Parameter:
     optional: bool = False  # a text or array may be empty, which means that it is not used
     dynamic: bool = False
     required: bool = False  # of a group: it must be given, and the default is an example for messages
+    file: bool = False  # a text is the path of a file that is read
 
     def read(self, name: str, value: Any) -> Any:
         """``value`` as this parameter's type. Raises ValueError: what was given, which rule it breaks."""
@@ -242,6 +243,7 @@ TABLE: tuple[Parameter, ...] = (
         "",
         "STL or OBJ file in m, evenly filled: body.inertia and body.center_of_mass follow.",
         optional=True,
+        file=True,
     ),
     Parameter(
         "body.urdf_file",
@@ -249,6 +251,7 @@ TABLE: tuple[Parameter, ...] = (
         "",
         "URDF file from which body.mass, body.inertia and body.center_of_mass follow.",
         optional=True,
+        file=True,
     ),
     Parameter("body.urdf_link", str, "", "Link in body.urdf_file; empty = the only one with mass.", optional=True),
     Parameter("initial.position", tuple, _ZERO, "Position of the body frame's origin, world axes.", "m", length=3),
@@ -410,6 +413,16 @@ def has_attitude(prefix: str, table: Mapping[str, Parameter] = BY_NAME) -> bool:
     return _pattern(f"{prefix}.orientation.w") in table
 
 
+def is_group(name: str) -> bool:
+    """Whether ``name`` is what parameters of a scene stand below, such as ``body`` or ``frames.arm``."""
+    return any(known.startswith(_pattern(f"{name}.x")[:-1]) for known in BY_NAME)
+
+
+def names_a_file(name: str) -> bool:
+    """Whether a parameter of a scene is the path of a file that is read."""
+    return name in BY_NAME and BY_NAME[name].file
+
+
 def members(group: str, names: Iterable[str]) -> list[str]:
     """Names of the user's among dotted ``names`` of a group such as ``frames``, each once, in alphabetical order."""
     return sorted({name.split(".")[1] for name in names if name.startswith(f"{group}.")})
@@ -443,7 +456,8 @@ def flat(tree: Mapping[Any, Any], prefix: str = "") -> dict[str, Any]:
     values: dict[str, Any] = {}
     for key, value in tree.items():
         name = f"{prefix}{key}"
-        for full, leaf in (flat(value, f"{name}.") if isinstance(value, Mapping) else {name: value}).items():
+        nested = isinstance(value, Mapping) and (value or is_group(name))  # else it is a value, of no use
+        for full, leaf in (flat(value, f"{name}.") if nested else {name: value}).items():
             if full in values:
                 raise ValueError(f"parameter {shown_name(full)} is given twice; give it once")
             values[full] = leaf

@@ -13,9 +13,16 @@ def main(args: list[str] | None = None) -> int:
     """Run the controller until Ctrl-C or SIGTERM. Returns the exit status: 0, or 1 when it cannot start."""
     program.open_standard_streams()
     stop = program.StopRequest()  # before anything slow is imported
+    from ..ros import arguments
+
+    try:
+        given = arguments.read(args, "pointing_controller")
+    except ValueError as reason:
+        print(f"pointing_controller: {reason}", file=sys.stderr)
+        return 1
     from .pointing_node import PointingController
 
-    return program.run("pointing_controller", PointingController, stop, args)
+    return program.run("pointing_controller", PointingController, stop, given)
 
 
 if __name__ == "__main__":

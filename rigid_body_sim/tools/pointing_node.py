@@ -1,5 +1,9 @@
 """ROS side of the pointing controller: ``pose`` and ``twist`` in, ``wrench`` out. It knows nothing but topics."""
 
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Any
+
 import numpy as np
 from geometry_msgs.msg import PoseStamped, TwistStamped, WrenchStamped
 from rclpy.clock import Clock, ClockType
@@ -48,11 +52,14 @@ TABLE = {parameter.name: parameter for parameter in PARAMETERS}
 
 
 class PointingController(Node):
-    """ROS side of PointingLaw. Raises ValueError, with a sentence, for parameters of no use."""
+    """ROS side of PointingLaw, with ``given`` parameters beside those that rclpy gets by its own ways.
 
-    def __init__(self, **node_arguments):
+    Raises ValueError, with a sentence, for parameters of no use.
+    """
+
+    def __init__(self, given: Mapping[str, Any] = MappingProxyType({}), **node_arguments):
         super().__init__("pointing_controller", **node_arguments)
-        values = attitude.read(parameters.given(self), TABLE)
+        values = attitude.read(parameters.all_given(self, given), TABLE)
         self._frame_id = values["frame_id"]
         law = {name: values[name] for name in ("inertia", "natural_frequency", "damping_ratio", "max_torque")}
         self.law: PointingLaw = pointing_law(attitude.quaternion(values, "target"), **law)

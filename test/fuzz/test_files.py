@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from rigid_body_sim import Scene, Simulation, SimulationError, load_scene
-from rigid_body_sim.scene import loader, mesh_file, schema, urdf
+from rigid_body_sim.scene import mesh_file, parameter_file, schema, urdf
 
 from .fuzzing import damaged, fuzz, often, sentence
 
@@ -432,4 +432,4 @@ def test_mesh_larger_than_any_is_refused(monkeypatch, written):
 
 
 def test_limits_leave_room_for_what_people_have():
-    assert max(path.stat().st_size for path in CONFIG) * 100 < loader.MOST_CHARACTERS
+    assert max(path.stat().st_size for path in CONFIG) * 100 < parameter_file.MOST_CHARACTERS

@@ -1,0 +1,129 @@
+"""What a command line gives a node: arguments of its own, of ROS, and parameters, which are read by our rules.
+
+rcl reads parameter files in C, more strictly (no 0 among floats) and less (a name may be there twice) than load_scene;
+here both have one reader. rclpy gets the other arguments, and the parameters as the node's.
+"""
+
+import re
+import sys
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from ..scene import attitude, parameter_file
+from ..scene.schema import one_line, shown
+
+BEGIN, END = "--ros-args", "--"
+_PARAMETER, _FILE, _REMAP = ("-p", "--param"), ("--params-file",), ("-r", "--remap")
+_RULE = re.compile(r"(?:(?P<node>[^:]*):)?(?P<what>__node|__name|__ns):=(?P<name>.*)")
+_ASSIGNMENT = re.compile(r"(?:(?P<node>\w+):)?(?P<name>[^:=]+):=(?P<value>.*)", re.DOTALL)
+
+
+@dataclass
+class Arguments:
+    """``own`` are not ROS's; ``ros`` is for rclpy; ``parameters`` have dotted names; ``notes`` are to be logged."""
+
+    own: list[str] = field(default_factory=list)
+    ros: list[str] = field(default_factory=list)
+    parameters: dict[str, Any] = field(default_factory=dict)
+    notes: list[str] = field(default_factory=list)
+
+
+def split(args: Sequence[str] | None) -> tuple[list[str], list[str]]:
+    """Arguments (by default the program's) that are not ROS's, and ROS's: those from --ros-args to -- or the end."""
+    own, ros, in_ros = list[str](), list[str](), False
+    for argument in sys.argv[1:] if args is None else args:
+        if argument == BEGIN or (in_ros and argument == END):
+            in_ros = argument == BEGIN
+        else:
+            (ros if in_ros else own).append(argument)
+    return own, ros
+
+
+def read(args: Sequence[str] | None, name: str) -> Arguments:
+    """The arguments of the node that is called ``name`` unless they say otherwise.
+
+    Parameters of files come in their order, the later over the earlier, and those of -p over all of them. Raises
+    ValueError for a file or an assignment that cannot be read.
+    """
+    own, ros = split(args)
+    files, assignments, rest = list[str](), list[str](), list[str]()
+    for flag, value in _pairs(ros):
+        kept = files if flag in _FILE else assignments if flag in _PARAMETER else None
+        if kept is None:
+            rest += [flag] if value is None else [flag, value]
+        elif value is None:
+            raise ValueError(f"{flag} has nothing behind it; give {flag} {'FILE' if kept is files else 'NAME:=VALUE'}")
+        else:
+            kept.append(value)
+    node = full_name(rest, name)
+    found = Arguments(own, [BEGIN, *rest] if rest else [])
+    for path in files:
+        found.parameters = attitude.over(found.parameters, _of_file(path, node, found.notes))
+    found.parameters = attitude.over(found.parameters, _assigned(assignments, node, found.notes))
+    return found
+
+
+def _pairs(ros: Sequence[str]) -> Iterator[tuple[str, str | None]]:
+    """Each flag that has a value with that, and every other argument alone."""
+    waiting = iter(ros)
+    for argument in waiting:
+        yield argument, next(waiting, None) if argument in (*_PARAMETER, *_FILE, *_REMAP) else None
+
+
+def full_name(ros: Sequence[str], name: str) -> str:
+    """Namespace and name of the node as rcl makes them, the name first; of several rules that fit the first counts."""
+    rules = [match for flag, value in _pairs(ros) if flag in _REMAP and (match := _RULE.fullmatch(value or ""))]
+    for rule in rules:
+        if rule["what"] != "__ns" and rule["node"] in (None, name):
+            name = rule["name"]
+            break
+    fitting = (rule["name"] for rule in rules if rule["what"] == "__ns" and rule["node"] in (None, name))
+    return f"{next(fitting, '').rstrip('/')}/{name}"
+
+
+def _of_file(path: str, node: str, notes: list[str]) -> dict[str, Any]:
+    try:
+        file = parameter_file.read(path)
+    except OSError as reason:
+        raise ValueError(f"--params-file {path}: cannot be read ({reason.strerror}); give a parameter file") from None
+    if not file.has(node):
+        notes.append(f"{path} has nothing for this node, {node}: it has parameters for {file.shown_sections}")
+        return {}
+    try:
+        return file.parameters(node)
+    except ValueError as reason:
+        raise ValueError(f"{path}: {reason}") from None
+
+
+def _assigned(assignments: Sequence[str], node: str, notes: list[str]) -> dict[str, Any]:
+    """The parameters that -p gives. Raises ValueError for what assigns nothing, or to one name twice."""
+    values: dict[str, Any] = {}
+    for text in assignments:
+        match = _ASSIGNMENT.fullmatch(text)
+        if match is None:
+            raise ValueError(f"-p {text}: {_what_is_wrong(text)}")
+        if match["node"] is not None and f"/{match['node']}" != node:
+            notes.append(f"-p {text} is for the node /{match['node']}, and this one is {node}")
+            continue
+        for name, value in _read_value(text, match["name"], match["value"]).items():
+            if name in values:
+                raise ValueError(
+                    f"-p {text}: parameter {name} is given twice, first as {shown(values[name])}; give it once"
+                )
+            values[name] = value
+    return values
+
+
+def _read_value(text: str, name: str, value: str) -> dict[str, Any]:
+    try:
+        return parameter_file.given({name: parameter_file.value(value)})
+    except ValueError as reason:
+        raise ValueError(f"-p {text}: {one_line(reason)}") from None
+
+
+def _what_is_wrong(text: str) -> str:
+    name, equals, value = text.partition("=")
+    if equals and not name.endswith(":"):
+        return f"has '=' where ':=' is needed; write -p {name}:={value}"
+    return "assigns nothing; write -p NAME:=VALUE, such as -p body.mass:=2.0"
