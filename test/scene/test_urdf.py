@@ -49,6 +49,44 @@ def test_inertial_is_turned_and_moved_into_the_link(read):
     )  # 1.1e-16
 
 
+QUATERNION = 'quat_xyzw="0 0 0.7071067811865476 0.7071067811865476"'
+TURNED = (0.4, 0.3, 0.5, -0.01, -0.03, -0.02)  # the tensor of INERTIAL by a quarter about z: x is then y, y is −x
+
+
+def quaternion(text=QUATERNION, version='version="1.1"'):
+    """A URDF of that version, with the attribute in place of rpy."""
+    return robot(INERTIAL.replace('rpy="0.4 -0.5 0.6"', text)).replace('name="r"', f'name="r" {version}')
+
+
+@pytest.mark.parametrize("version", ["1.1", "1.2", " 1.1 "])
+@pytest.mark.parametrize("length", [1.0, 0.5, -1.0, 1e3, 1e-5, 1e200])
+def test_quaternion_of_any_length_turns_the_tensor(read, version, length):
+    text = f'quat_xyzw=" 0  0 {length!r}\n{length!r}"'
+    found = read(quaternion(text, f'version="{version}"'))
+    assert_allclose(found.inertia, inertia.as_matrix(TURNED), rtol=0, atol=1e-15)  # measured 1.1e-16
+    assert_array_equal(found.center_of_mass, (0.1, -0.2, 0.3))
+
+
+def test_quaternion_says_the_same_as_the_angles(read):
+    w, x, y, z = rotation.from_roll_pitch_yaw(0.4, -0.5, 0.6).tolist()
+    found = read(quaternion(f'quat_xyzw="{x!r} {y!r} {z!r} {w!r}"'))
+    assert_allclose(found.inertia, read(robot(INERTIAL)).inertia, rtol=0, atol=1e-15)  # measured 5.6e-17
+
+
+@pytest.mark.parametrize("version", ["1.0", "1.1", "1.2"])
+def test_version_does_not_change_what_all_versions_have(read, version):
+    text = robot(INERTIAL)
+    assert_array_equal(read(text.replace("<robot", f'<robot version="{version}"')).inertia, read(text).inertia)
+
+
+def test_comments_and_attributes_of_other_namespaces_are_no_fault(read):
+    text = INERTIAL.replace("<inertial>", '<inertial xmlns:k="urn:k" k:id="7"><!-- 2.5 kg -->\n')
+    text = text.replace("<mass ", '<mass k:unit="kg" xml:space="default" ').replace(
+        "/></inertial>", "/>\t<?k?></inertial>"
+    )
+    assert_array_equal(read(robot(text)).inertia, read(robot(INERTIAL)).inertia)
+
+
 def test_without_an_origin_the_numbers_are_kept_to_the_bit(read):
     found = read(robot(INERTIAL.replace('<origin xyz="0.1 -0.2 0.3" rpy="0.4 -0.5 0.6"/>', "")))
     assert_array_equal(found.center_of_mass, (0, 0, 0))
@@ -65,18 +103,61 @@ def test_byte_order_mark_is_no_text(read):
     assert read(b"\xef\xbb\xbf" + robot(INERTIAL).encode()).mass == 2.5
 
 
+def latin(text):
+    return text.replace("1.0", '1.0" encoding="ISO-8859-1').replace('name="r"', 'name="Hülle"').encode("latin-1")
+
+
+TEXT = robot(INERTIAL)
+GAZEBO = '<gazebo reference="a"><link name="a"><inertial/></link><sensor><mass value="x"/></sensor></gazebo>'
+DIALECTS = {  # files that say what TEXT says
+    "expanded xacro": TEXT.replace("<robot", '<robot xmlns:xacro="http://www.ros.org/wiki/xacro"'),
+    "default namespace": TEXT.replace("<robot", '<robot xmlns="http://www.ros.org"'),
+    "prefix not declared": TEXT.replace("</robot>", "<controller:joint/></robot>"),
+    "no name": TEXT.replace('name="r"', ""),
+    "comments and instructions": TEXT.replace("<robot", "<!-- & < --><?xml-model href='urdf.rng'?>\n<robot"),
+    "extensions": TEXT.replace("</robot>", GAZEBO + "</robot>"),
+    "other elements first": TEXT.replace("<inertial>", '<visual><origin rpy="1 2 3"/></visual>some text<inertial>'),
+    "DOCTYPE": TEXT.replace("<robot", "<!DOCTYPE robot>\n<robot"),
+    "latin-1": latin(TEXT),
+    "UTF-16": TEXT.replace("1.0", '1.0" encoding="UTF-16').encode("utf-16"),
+    "UTF-16 without a declaration": TEXT[21:].encode("utf-16"),
+    "UTF-16 without a mark": TEXT[21:].encode("utf-16-be"),
+    "UTF-8 that declares UTF-16": TEXT.replace("1.0", '1.0" encoding="UTF-16').encode(),
+    "newlines": TEXT.replace(" -0.2 ", "\n\t -0.2&#10;").replace('="2.5"', '\n =\n " 2.5 "'),
+    "other numbers": TEXT.replace("2.5", "+25.E-1").replace('"0.3"', '"3e-1"').replace('"0.4"', '".4"'),
+    "link of no mass": TEXT.replace(
+        "<link", '<link name="w"><inertial><mass value="0"/><inertia/></inertial></link><link'
+    ),
+}
+
+
+@pytest.mark.parametrize("text", DIALECTS.values(), ids=DIALECTS)
+def test_dialects_that_other_readers_take_say_the_same(read, text):
+    expected, found = read(TEXT), read(text)
+    assert found.mass == expected.mass
+    assert_array_equal(found.center_of_mass, expected.center_of_mass)
+    assert_array_equal(found.inertia, expected.inertia)
+
+
 BOMB = '<!DOCTYPE r [<!ENTITY a "aaaaaaaaaa"><!ENTITY b "&a;&a;&a;&a;">]><robot name="&b;"/>'
 FETCH = '<!DOCTYPE r [<!ENTITY a SYSTEM "file:///etc/hostname">]><robot>&a;</robot>'
 BAD = {  # text, link, and what the message must say
     "entity bomb": (BOMB, "", "has a DOCTYPE, which URDF does not need; remove it"),
     "file as an entity": (FETCH, "", "has a DOCTYPE"),
     "undeclared entity": ("<robot>&a;</robot>", "", "is not XML: undefined entity"),
-    "UTF-16": (robot(INERTIAL).encode("utf-16"), "", "is not UTF-8 text"),
+    "undeclared latin-1": (robot(INERTIAL).replace('"r"', '"é"').encode("latin-1"), "", "is not UTF-8 text, nor XML"),
+    "no such encoding": (b'<?xml version="1.0" encoding="moon"?><robot name="\xff"/>', "", "not UTF-8.*encoding: moon"),
+    "DTD of elsewhere": ('<!DOCTYPE robot SYSTEM "robot.dtd"><robot/>', "", "has a DOCTYPE, which URDF does not need"),
+    "undeclared entity below a DOCTYPE": ('<!DOCTYPE robot><robot name="&a;"/>', "", "is not XML: undefined entity"),
     "not XML": ("solid cube", "", "is not XML: syntax error"),
     "empty": ("", "", "is not XML"),
     "world": ("<sdf/>", "", "begins with <sdf>; a URDF begins with <robot>"),
-    "no links": ("<robot/>", "", "has 0 links with <inertial>; name one: none"),
-    "two links": (robot(INERTIAL, INERTIAL), "", "has 2 links with <inertial>; name one: a, b"),
+    "no links": ("<robot/>", "", r"has 0 links with <inertial> and a mass .*; a body is one$"),
+    "two links": (robot(INERTIAL, INERTIAL), "", r"2 links with <.*one: a, b \(parameter body\.urdf_link\)$"),
+    "link in a group": ('<robot><g><link name="a"/></g></robot>', "", "; a <link> inside <g> is none, as URDF has links di"),
+    "named link there": ('<robot><g><link name="a"/></g></robot>', "a", "no link 'a'; its links are none; a <link> inside"),
+    "mass of 0": (robot(INERTIAL.replace("2.5", "0.0")), "", "has 0 links with <inertial> and a mass greater"),
+    "named mass of 0": (robot(INERTIAL.replace("2.5", "0")), "a", "link 'a': mass 0 kg is not a finite number greater"),
     "unknown link": (robot(INERTIAL), "wing", "has no link 'wing'; its links are a"),
     "massless link": (robot("", INERTIAL), "a", "link 'a' has no <inertial>; those that have one: b"),
     "no mass": (robot(f"<inertial>{TENSOR}</inertial>"), "", "link 'a': <inertial> has no <mass>"),
@@ -85,6 +166,13 @@ BAD = {  # text, link, and what the message must say
     "no value": (robot(INERTIAL.replace('value="2.5"', "")), "", "<mass> has no attribute value"),
     "xacro": (robot(INERTIAL.replace("2.5", "${m}")), "", r"mass value = '\$\{m\}' is not a finite number"),
     "not a number": (robot(INERTIAL.replace("0.3\" ixy", "nan\" ixy")), "", "inertia ixx = 'nan' is not a finite"),
+    "comma": (robot(INERTIAL.replace("2.5", "2,5")), "", "mass value = '2,5' is not .*, with a point and no comma"),
+    "commas": (robot(INERTIAL.replace("0.1 -0.2 0.3", "0.1, -0.2, 0.3")), "", "'0.1,' is not a finite .* no comma"),
+    "commas alone": (robot(INERTIAL.replace("0.1 -0.2 0.3", "0.1,-0.2,0.3")), "", "is not three numbers with spaces"),
+    "unit": (robot(INERTIAL.replace("2.5", "2.5 kg")), "", "'2.5 kg' is not a finite number; write it in SI units"),
+    "underscore": (robot(INERTIAL.replace("2.5", "1_000")), "", "mass value = '1_000' is not a finite number"),
+    "other digits": (robot(INERTIAL.replace("2.5", "٣")), "", "mass value = '٣' is not a finite number"),
+    "too large": (robot(INERTIAL.replace("2.5", "1e999")), "", "mass value = '1e999' is not a finite number"),
     "two coordinates": (robot(INERTIAL.replace("0.1 -0.2 0.3", "0.1 -0.2")), "", "xyz = '0.1 -0.2' is not three"),
     "bad angle": (robot(INERTIAL.replace("0.6", "east")), "", "origin rpy = 'east' is not a finite number"),
     "negative mass": (robot(INERTIAL.replace("2.5", "-1")), "", "mass -1 kg is not a finite number greater than zero"),
@@ -96,6 +184,72 @@ def test_bad_file_is_refused_by_a_sentence_with_its_path(read, tmp_path, text, l
     with pytest.raises(ValueError, match=message) as caught:
         read(text, link)
     assert str(caught.value).startswith(f"file {tmp_path / 'robot.urdf'}: ")
+
+
+UNKNOWN = {  # what is replaced in INERTIAL, by what, and what the message must say
+    "unit of the mass": ("<mass", '<mass unit="lb"', "<mass> has an attribute 'unit'; URDF has attributes value there"),
+    "misspelt angles": (
+        "rpy=",
+        "ryp=",
+        "<origin> has an attribute 'ryp'; URDF has attributes xyz, rpy, quat_xyzw there",
+    ),
+    "capitals": ("xyz=", "XYZ=", "<origin> has an attribute 'XYZ'"),
+    "other quaternion": ("rpy=", "quat=", "<origin> has an attribute 'quat'"),
+    "entry below": (
+        "<inertia ",
+        '<inertia iyx="0.01" ',
+        "<inertia> has an attribute 'iyx'; URDF has attributes ixx, iyy",
+    ),
+    "attribute of inertial": (
+        "<inertial",
+        '<inertial mass="1"',
+        "<inertial> has an attribute 'mass'; URDF has no attr",
+    ),
+    "more elements": ("<mass", '<density value="1"/><mass', "<inertial> has <density>; URDF has <origin>, <mass> and"),
+    "capital element": ("<origin", "<Origin", "<inertial> has <Origin>; URDF has <origin>"),
+    "inertial in inertial": ("<mass", "<inertial/><mass", "<inertial> has <inertial>; URDF has"),
+    "foreign element": ("<mass", '<k:mass xmlns:k="u" value="1"/><mass', "<inertial> has <.*mass>; URDF has"),
+    "mass twice": ("<mass", '<mass value="1"/><mass', "<inertial> has <mass> more than once; give each element once"),
+    "origin twice": ("<mass", "<origin/><mass", "<inertial> has <origin> more than once"),
+    "element in an element": ('"2.5"/>', '"2.5"><unit/></mass>', "<mass> has <unit> inside; URDF has attributes there"),
+    "text in inertial": ("<mass", "about <mass", "<inertial> has the text 'about' inside; URDF has no text there"),
+    "text in mass": ('"2.5"/>', '"2.5">3</mass>', "<mass> has the text '3' inside; URDF has no text"),
+    "inertial twice": ("</inertial>", "</inertial><inertial/>", "<inertial> stands there 2 times; a link has one"),
+}
+
+
+@pytest.mark.parametrize(("old", "new", "message"), UNKNOWN.values(), ids=UNKNOWN)
+def test_nothing_under_inertial_is_left_out_in_silence(read, old, new, message):
+    assert old in INERTIAL
+    with pytest.raises(ValueError, match=f"link 'a': {message}"):
+        read(robot(INERTIAL.replace(old, new)))
+
+
+BAD_QUATERNIONS = {  # the attribute, that of the version, and what the message must say
+    "1.0": (
+        QUATERNION,
+        'version="1.0"',
+        r'quat_xyzw, which URDF 1\.0 does not know .* or write <robot version="1\.1">',
+    ),
+    "no version": (QUATERNION, "", r"quat_xyzw, which URDF 1\.0 does not know and its readers leave out; give rpy"),
+    "angles too": (f'{QUATERNION} rpy="0 0 0"', 'version="1.1"', "has both rpy and quat_xyzw; give one of them"),
+    "zero": (
+        'quat_xyzw="0 0 0 0"',
+        'version="1.1"',
+        r"quat_xyzw = \[0\.0, 0\.0, 0\.0, 0\.0\] has no direction; give x, y",
+    ),
+    "three": ('quat_xyzw="0 0 1"', 'version="1.1"', "origin quat_xyzw = '0 0 1' is not four numbers with spaces"),
+    "infinite": ('quat_xyzw="0 0 inf 1"', 'version="1.2"', "origin quat_xyzw = 'inf' is not a finite number"),
+    "2.0": (QUATERNION, 'version="2.0"', r"has the URDF version '2\.0'; known are 1\.0, 1\.1, 1\.2"),
+    "1": ("", 'version="1"', "has the URDF version '1'; known are"),
+    "empty": ("", 'version=""', "has the URDF version ''; known are"),
+}
+
+
+@pytest.mark.parametrize(("attribute", "version", "message"), BAD_QUATERNIONS.values(), ids=BAD_QUATERNIONS)
+def test_quaternion_or_version_that_cannot_be_honoured_is_refused(read, attribute, version, message):
+    with pytest.raises(ValueError, match=message):
+        read(quaternion(attribute, version))
 
 
 def test_deep_nesting_does_no_harm(read):
