@@ -29,7 +29,7 @@ def test_writing_the_tables_replaces_an_outdated_one(tmp_path):
         (tmp_path / file).write_text(
             f"above\n<!-- {name}: begin -->\nold\n<!-- {name}: end -->\nbelow\n", encoding="utf-8"
         )
-    assert doc_tables.main(str(tmp_path)) == 0
+    assert doc_tables.main([str(tmp_path)]) == 0
     for file, (_, table) in doc_tables.TABLES.items():
         page = (tmp_path / file).read_text(encoding="utf-8")
         assert table() in page and "old" not in page

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from .. import integrators
+from ..command_line import Parser
 from ..physics import compiled
 from . import machine, page
 from .error_section import ErrorSection
@@ -42,9 +43,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
-        prog="rigid_body_report",
-        description="Measures this package's integrators and other simulators, and writes a page with pictures, tables "
+    parser = Parser(
+        "rigid_body_report",
+        "Measures this package's integrators and other simulators, and writes a page with pictures, tables "
         "and every number into a folder. Every finished measurement is kept at once.",
     )
     parser.add_argument("--quick", action="store_true", help="under a minute, with fewer points; else under 20 minutes")

@@ -6,11 +6,12 @@ each`` is the kernel called for every step, less what an empty call costs.
 
 import statistics
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
+from ..command_line import takes_nothing
 from ..physics import compiled
 from ..physics.body import Body
 from ..physics.forces import new_model
@@ -95,8 +96,9 @@ def _costs(simulation: Simulation, call: Callable[[int], object]) -> tuple[float
     )
 
 
-def main() -> int:
+def main(args: Sequence[str] | None = None) -> int:
     """Print the table."""
+    takes_nothing("plan_cost", "Measures what a step costs by each plan.", args)
     plans = simulations()
     medians = costs(plans, ROUNDS)
     full = next(iter(medians.values()))

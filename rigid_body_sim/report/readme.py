@@ -4,8 +4,10 @@ import json
 import re
 import shutil
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
+from ..command_line import Parser
 from . import page
 from .section import Table
 
@@ -22,16 +24,21 @@ def part(folder: Path) -> str:
     return f"{table}\n\nMade by `rigid_body_report{quick}` on {facts['date']}, {facts['machine']}."
 
 
-def main(folder: str, root: str = ".") -> int:
-    """Write the part into README.md in ``root``, and the picture into its docs/images."""
-    readme = Path(root, "README.md")
-    new = f"{BEGIN}\n{part(Path(folder))}\n{END}"
+def main(args: Sequence[str] | None = None) -> int:
+    """Write the part into README.md, and the picture into docs/images."""
+    parser = Parser("readme", "Puts the main picture and table of a report into README.md and docs/images.")
+    parser.add_argument("folder", type=Path, help="of the report")
+    parser.add_argument("root", type=Path, nargs="?", default=Path(), help="of the project (default: this folder)")
+    options = parser.parse_args(args)
+    folder, root = options.folder, options.root
+    readme = root / "README.md"
+    new = f"{BEGIN}\n{part(folder)}\n{END}"
     readme.write_text(
         re.sub(f"(?s){BEGIN}.*{END}", lambda _: new, readme.read_text(encoding="utf-8")), encoding="utf-8"
     )
-    shutil.copy(Path(folder, f"{STEM}.png"), Path(root, "docs", "images", "report.png"))
+    shutil.copy(folder / f"{STEM}.png", root / "docs/images/report.png")
     return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main(*sys.argv[1:]))
+    sys.exit(main())

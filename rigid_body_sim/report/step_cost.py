@@ -9,12 +9,13 @@ import platform
 import statistics
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
 
 from .. import integrators
+from ..command_line import takes_nothing
 from ..physics import compiled
 from ..physics.body import Body
 from ..physics.state import State
@@ -155,8 +156,13 @@ def _often(part: Callable[[], object]) -> None:
         part()
 
 
-def main() -> int:
+def main(args: Sequence[str] | None = None) -> int:
     """Print all figures with the machine's name."""
+    takes_nothing(
+        "step_cost",
+        "Measures what a step costs: in a kernel, and with a command and a pose from Python.",
+        args,
+    )
     numba = "numba" if compiled.ENABLED else "plain Python"
     print(f"{platform.node()}, {platform.machine()}, Python {platform.python_version()}, kernels in {numba}")
     print(f"\nKernel alone at h|w| = {TURN}, ns per step: median (smallest) of {ROUNDS} rounds; ratio taylor / rk4")

@@ -8,12 +8,13 @@ the cheapest of ours that is at least as accurate.
 import math
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.integrate import solve_ivp
 
+from ..command_line import takes_nothing
 from ..physics import motion
 from ..physics.arrays import Floats
 from ..physics.body import Body
@@ -160,8 +161,9 @@ def measured(
     return found
 
 
-def main() -> int:
+def main(args: Sequence[str] | None = None) -> int:
     """Print error, time and ratio of each scene."""
+    takes_nothing("stiff_cost", "Measures stiff scenes beside SciPy's Radau.", args)
     print("Stiff scenes: 2 s, CPU time of SciPy's Radau beside the cheapest rosenbrock that is at least as accurate")
     for name, scene in SCENES.items():
         exact = rosenbrock(scene, REFERENCE_RTOL)()

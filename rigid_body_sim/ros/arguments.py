@@ -1,19 +1,18 @@
-"""What a command line gives a node: arguments of its own, of ROS, and parameters, which are read by our rules.
+"""What ROS's part of a command line gives a node: arguments for rclpy, and parameters, which are read by our rules.
 
 rcl reads parameter files in C, more strictly (no 0 among floats) and less (a name may be there twice) than load_scene;
 here both have one reader. rclpy gets the other arguments, and the parameters as the node's.
 """
 
 import re
-import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 from ..scene import attitude, parameter_file
 from ..scene.schema import one_line, shown
+from .command_line import BEGIN, split
 
-BEGIN, END = "--ros-args", "--"
 _PARAMETER, _FILE, _REMAP = ("-p", "--param"), ("--params-file",), ("-r", "--remap")
 _RULE = re.compile(r"(?:(?P<node>[^:]*):)?(?P<what>__node|__name|__ns):=(?P<name>.*)")
 _ASSIGNMENT = re.compile(r"(?:(?P<node>\w+):)?(?P<name>[^:=]+):=(?P<value>.*)", re.DOTALL)
@@ -21,23 +20,11 @@ _ASSIGNMENT = re.compile(r"(?:(?P<node>\w+):)?(?P<name>[^:=]+):=(?P<value>.*)", 
 
 @dataclass
 class Arguments:
-    """``own`` are not ROS's; ``ros`` is for rclpy; ``parameters`` have dotted names; ``notes`` are to be logged."""
+    """``ros`` is for rclpy; ``parameters`` have dotted names; ``notes`` are to be logged."""
 
-    own: list[str] = field(default_factory=list)
     ros: list[str] = field(default_factory=list)
     parameters: dict[str, Any] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
-
-
-def split(args: Sequence[str] | None) -> tuple[list[str], list[str]]:
-    """Arguments (by default the program's) that are not ROS's, and ROS's: those from --ros-args to -- or the end."""
-    own, ros, in_ros = list[str](), list[str](), False
-    for argument in sys.argv[1:] if args is None else args:
-        if argument == BEGIN or (in_ros and argument == END):
-            in_ros = argument == BEGIN
-        else:
-            (ros if in_ros else own).append(argument)
-    return own, ros
 
 
 def read(args: Sequence[str] | None, name: str) -> Arguments:
@@ -46,7 +33,7 @@ def read(args: Sequence[str] | None, name: str) -> Arguments:
     Parameters of files come in their order, the later over the earlier, and those of -p over all of them. Raises
     ValueError for a file or an assignment that cannot be read.
     """
-    own, ros = split(args)
+    _, ros = split(args)
     files, assignments, rest = list[str](), list[str](), list[str]()
     for flag, value in _pairs(ros):
         kept = files if flag in _FILE else assignments if flag in _PARAMETER else None
@@ -57,7 +44,7 @@ def read(args: Sequence[str] | None, name: str) -> Arguments:
         else:
             kept.append(value)
     node = full_name(rest, name)
-    found = Arguments(own, [BEGIN, *rest] if rest else [])
+    found = Arguments([BEGIN, *rest] if rest else [])
     for path in files:
         found.parameters = attitude.over(found.parameters, _of_file(path, node, found.notes))
     found.parameters = attitude.over(found.parameters, _assigned(assignments, node, found.notes))

@@ -2,26 +2,36 @@
 
 import sys
 
-from . import middleware, program
+from . import command_line, middleware, program
+
+NAME = "rigid_body_node"
+DESCRIPTION = """Simulates a rigid body: wrench commands in, pose and twist out, at a fixed rate.
+
+Without parameters it is a body of 1 kg at rest. All parameters, topics and services: docs/interface.md."""
+EXAMPLE = "--ros-args --params-file config/satellite.yaml -p body.mass:=2.0 -r __ns:=/satellite"
 
 
 def main(args: list[str] | None = None) -> int:
-    """Run the node until Ctrl-C or SIGTERM. Returns the exit status: 0, or 1 when the node cannot start."""
+    """Run the node until Ctrl-C or SIGTERM. Returns the exit status: 0, or 1 when the node cannot start.
+
+    Ends the program (SystemExit) after --help and --version with status 0, and with 2 for arguments that are not known.
+    """
     program.open_standard_streams()
     stop = program.StopRequest()  # before anything slow is imported or compiled
+    command_line.answer(NAME, DESCRIPTION, EXAMPLE, args)
     from . import arguments
 
     try:
-        given = arguments.read(args, "rigid_body_node")
+        given = arguments.read(args, NAME)
         if warning := middleware.avoid_full_memory():
-            print(f"rigid_body_node: {warning}", file=sys.stderr)
+            print(f"{NAME}: {warning}", file=sys.stderr)
     except ValueError as reason:
-        print(f"rigid_body_node: {reason}", file=sys.stderr)
+        print(f"{NAME}: {reason}", file=sys.stderr)
         return 1
     _load_kernels()
     from .node import RigidBodyNode
 
-    return program.run("rigid_body_node", RigidBodyNode, stop, given)
+    return program.run(NAME, RigidBodyNode, stop, given)
 
 
 def _load_kernels() -> None:

@@ -32,6 +32,7 @@ class RigidBodyNode(Node):
 
     def __init__(self, given: Mapping[str, Any] = MappingProxyType({}), **node_arguments):
         super().__init__("rigid_body_node", **node_arguments)
+        self._is_default = not parameters.all_given(self, given)
         self.scene = parameters.declare(self, given)
         self.simulation = recording.simulation_of(self.scene)
         self._outputs = Outputs(self, self.scene, self.simulation)
@@ -85,6 +86,8 @@ class RigidBodyNode(Node):
         self._outputs.count_listeners()
         self._last_reading = self._reading()
         self.loop.start()
+        if self._is_default:
+            self.get_logger().info("no parameters were given: simulating the default body")
         paused = ", paused" if self.loop.paused else ""
         self.get_logger().info(
             f"ready: {self.simulation.describe()}{', lockstep' if self.loop.lockstep else ''}{paused}"

@@ -109,6 +109,14 @@ def _init(args: list[str]) -> None:
     try:
         rclpy.init(args=args, signal_handler_options=rclpy.SignalHandlerOptions.NO)
     except RuntimeError as reason:
-        text = re.sub(r",? at /\S+:\d+", "", str(reason))
-        hint = "; set ROS_LOG_DIR to a folder that can be written" if "log directory" in text else ""
-        raise ValueError(text + hint) from None
+        raise ValueError(_said_by_rcl(reason)) from None
+
+
+def _said_by_rcl(reason: RuntimeError) -> str:
+    """What rcl means, without its lines of C and its lexemes."""
+    text = re.sub(r",? at /\S+:\d+", "", str(reason)).removeprefix("failed to initialize rcl: ")
+    if type(reason).__name__ == "UnknownROSArgsError":
+        return f"{text.strip('[]')} after --ros-args is none of ROS's arguments; write what is the program's before it"
+    if rule := re.match(r"Couldn't parse remap rule: '(.*)'\. Error: ", text):
+        return f"{rule[1]}: renames nothing; write -r FROM:=TO, such as -r wrench:=/force, -r __node:=a or -r __ns:=/a"
+    return text + ("; set ROS_LOG_DIR to a folder that can be written" if "log directory" in text else "")

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..command_line import Parser
 from ..physics import rotation
 from ..scene.installed import installed_scene
 from ..scene.loader import DEFAULT_NODE, Scene, load_scene
@@ -72,9 +73,9 @@ def _no_traceback() -> Iterator[None]:
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
-        prog="rigid_body_demo",
-        description="Starts rigid_body_node and pointing_controller as two processes, watches them over their topics, "
+    parser = Parser(
+        "rigid_body_demo",
+        "Starts rigid_body_node and pointing_controller as two processes, watches them over their topics, "
         "checks energy and momentum, and draws a picture.",
     )
     parser.add_argument(

@@ -2,9 +2,11 @@
 
 import re
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 from .. import integrators
+from ..command_line import Parser
 from ..physics.shapes import SHAPES
 from ..scene import schema
 
@@ -61,13 +63,16 @@ def with_table(page: str, name: str, table: str) -> str:
     return re.sub(f"(?s){begin}.*{end}", lambda _: f"{begin}\n{table}\n{end}", page)
 
 
-def main(folder: str = "docs") -> int:
-    """Write all tables into the pages in ``folder``."""
+def main(args: Sequence[str] | None = None) -> int:
+    """Write all tables into the pages in a folder."""
+    parser = Parser("doc_tables", "Writes the tables that follow from the code into the pages of the documentation.")
+    parser.add_argument("folder", type=Path, nargs="?", default=Path("docs"), help="of the pages (default %(default)s)")
+    folder = parser.parse_args(args).folder
     for file, (name, table) in TABLES.items():
-        page = Path(folder, file)
+        page = folder / file
         page.write_text(with_table(page.read_text(encoding="utf-8"), name, table()), encoding="utf-8")
     return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main(*sys.argv[1:]))
+    sys.exit(main())

@@ -8,13 +8,14 @@ import platform
 import statistics
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import rclpy
 from geometry_msgs.msg import WrenchStamped
 from rclpy.node import Node
 from rclpy.serialization import deserialize_message, serialize_message
 
+from ..command_line import takes_nothing
 from ..ros import cdr, messages
 from ..ros.executor import executor_for
 from ..ros.outputs import Channel, Motion, Outputs
@@ -80,8 +81,9 @@ def receive_cost(node: Node, data: bytes, raw: bool, read: Callable[[object], ob
     return statistics.median(taken)
 
 
-def main() -> int:
+def main(args: Sequence[str] | None = None) -> int:
     """Print all figures with the machine's name."""
+    takes_nothing("message_cost", "Measures what it costs to publish, read and receive messages.", args)
     rclpy.init()
     node, scene = Node("message_cost"), Scene(SCENE)
     simulation = Simulation.from_scene(scene)

@@ -8,7 +8,6 @@ import sys
 import time
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import NoReturn
 
 from ..bags import problem as problems
 from ..bags import resimulating, timing
@@ -18,6 +17,7 @@ from ..bags.reading import Recording, read
 from ..bags.resimulating import Progress, Track
 from ..bags.rosbags_support import HOW_TO_INSTALL, BagError
 from ..bags.topics import A_POSE, there
+from ..command_line import Parser
 from ..scene.loader import Scene, load_scene
 from ..scene.schema import one_line
 from ..simulation import SimulationError
@@ -46,17 +46,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return status
 
 
-class _Parser(argparse.ArgumentParser):
-    def error(self, message: str) -> NoReturn:
-        """One sentence, and another status than the base class has: 2 means that the motion differs."""
-        self.exit(FAILED, f"{self.prog}: {message}; --help tells what can be given\n")
-
-
 def _parser() -> argparse.ArgumentParser:
-    parser = _Parser(
-        prog="rigid_body_resim",
-        description="Simulates again, offline and at full speed, what a bag holds, and compares with the poses in it. "
+    parser = Parser(
+        "rigid_body_resim",
+        "Simulates again, offline and at full speed, what a bag holds, and compares with the poses in it. "
         "Exit status: 0 the same within the tolerance, 2 different, 1 an error, 130 after Ctrl-C or SIGTERM.",
+        wrong=FAILED,
     )
     parser.add_argument("bag", type=Path, metavar="IN", help="a bag: its folder, or a lone .mcap or .db3 file")
     parser.add_argument(

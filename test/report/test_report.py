@@ -217,7 +217,7 @@ def test_the_readme_gets_table_picture_date_and_machine(folder, tmp_path):
     (tmp_path / "docs" / "images").mkdir(parents=True)
     text = f"above\n{readme.BEGIN}\nold\n{readme.END}\nbelow\n"
     (tmp_path / "README.md").write_text(text, encoding="utf-8")
-    assert readme.main(str(folder), str(tmp_path)) == 0
+    assert readme.main([str(folder), str(tmp_path)]) == 0
     made = (tmp_path / "README.md").read_text(encoding="utf-8")
     assert made.startswith("above\n") and made.endswith("below\n") and "old" not in made
     assert "| Free fall, 10 s |" in made and "Made by `rigid_body_report --quick" in made

@@ -54,6 +54,8 @@ def _be_node(node_main, folder, arguments):
     status = 70
     try:
         status = node_main.main(arguments)
+    except SystemExit as ended:
+        status = ended.code
     except BaseException:
         traceback.print_exc()
     finally:

@@ -361,10 +361,10 @@ def test_assignment_for_another_node_is_noted():
     assert found.notes == ["-p other:rate:=5.0 is for the node /other, and this one is /rigid_body_node"]
 
 
-def test_rclpy_gets_what_is_not_a_parameter_and_the_program_what_is_not_ros(written):
+def test_rclpy_gets_what_is_not_a_parameter(written):
     rest = ["-r", "wrench:=force", "--log-level", "debug", "-e", "/a", "-r"]  # the last is rcl's to refuse
     args = ["own", "--ros-args", "-p", "rate:=5", *rest[:5], "--params-file", written(HEAD), "--", "--help"]
     found = arguments.read([*map(str, args), "--ros-args", *rest[5:]], NODE)
-    assert (found.own, found.ros) == (["own", "--help"], ["--ros-args", *rest])
+    assert found.ros == ["--ros-args", *rest]
     assert found.parameters == {"rate": 5}
     assert arguments.read([], NODE) == arguments.Arguments()

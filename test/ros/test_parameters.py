@@ -75,6 +75,14 @@ FILES = {
     "not YAML": ("a: [1, 2", "file.yaml: is not YAML: "),
     "missing": (None, "file.yaml: cannot be read (No such file or directory); give a parameter file"),
 }
+# Arguments that are no parameters, status and sentence; test_command_line and test_arguments have them all.
+ARGUMENTS = {
+    "file without --ros-args": (["scene.yaml"], 2, "rigid_body_node --ros-args --params-file scene.yaml"),
+    "unknown after --ros-args": (["--ros-args", "--helo", "x"], 1, "'--helo', 'x' after --ros-args is none of ROS's"),
+    "no remapping": (["--ros-args", "-r", "wrench=a"], 1, "-r wrench=a: renames nothing; write -r FROM:=TO, such as"),
+    "namespace without a slash": (["--ros-args", "-r", "__ns:=a"], 1, "-r __ns:=a: renames nothing; write -r FROM"),
+    "equals sign": (["--ros-args", "-p", "rate=5"], 1, "-p rate=5: has '=' where ':=' is needed; write -p rate:=5"),
+}
 SECTIONS = """
 /rigid_body_node:
   ros__parameters: {body: {mass: 2.0, inertia: [1, 1.5, 2, 0, 0, 0]}, gravity: [0, 0, -9.81], rate: 1e2}
@@ -85,9 +93,10 @@ SECTIONS = """
 
 @pytest.fixture(scope="module")
 def ended(context, tmp_path_factory):
-    """(exit status, stdout, stderr) by name, for everything in REFUSED and FILES."""
+    """(exit status, stdout, stderr) by name, for everything in REFUSED, FILES and ARGUMENTS."""
     folder = tmp_path_factory.mktemp("nodes")
     asked = {}
+    asked.update((name, args) for name, (args, *_) in ARGUMENTS.items())
     for number, name in enumerate((*REFUSED, *FILES)):
         (folder / str(number)).mkdir()
         file = folder / str(number) / "file.yaml"
@@ -127,14 +136,31 @@ def test_bad_file_refuses_to_start(ended, name):
     assert line.startswith("rigid_body_node: ") and FILES[name][1] in line
 
 
+@pytest.mark.parametrize("name", ARGUMENTS)
+def test_bad_argument_refuses_to_start(ended, name):
+    status, stdout, stderr = ended[name]
+    _, wanted, said = ARGUMENTS[name]
+    assert (status, stdout) == (wanted, "")
+    (line,) = (line for line in stderr.splitlines() if "[rcl]" not in line)  # which logs what it then raises
+    assert line.startswith("rigid_body_node: ") and said in line and "lexeme" not in line
+
+
 def test_node_takes_its_section_and_the_command_line_over_it(run_node, tmp_path):
     """Another node's is not its concern, unless it has that name."""
     file = tmp_path / "two_nodes.yaml"
     file.write_text(SECTIONS)
     given = ["--params-file", str(file), "-p", "rate:=200"]
     own, other = run_node(arguments=given), run_node(arguments=[*given, "-r", "__node:=controller"])
+    lost, bare = run_node(arguments=[*given[:2], "-r", "__ns:=/a"]), run_node()
     own.wait_ready()
     assert "ready: mass 2 kg, principal moments [1, 1.5, 2] kg m2, rate 200 Hz" in own.stderr
     other.wait_end(30.0)
     assert "parameter gain is not known" in other.stderr
-    own.assert_stopped_cleanly()
+    assert "no parameters" not in own.stderr
+    for node in (lost, bare):
+        node.wait_ready()
+        assert "]: no parameters were given: simulating the default body" in node.stderr
+    found = "/rigid_body_node, /controller"
+    assert f"{file} has nothing for this node, /a/rigid_body_node: it has parameters for {found}" in lost.stderr
+    for node in (own, lost, bare):
+        node.assert_stopped_cleanly()

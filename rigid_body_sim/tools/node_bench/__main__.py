@@ -9,6 +9,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from ...command_line import Parser
 from . import record
 
 NAMES = (
@@ -68,9 +69,9 @@ def _measure(names: Sequence[str], seconds: float, found: list[record.Figure]) -
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
-        prog="make bench-node",
-        description="Measures rigid_body_node as a process over real DDS; docs/benchmarks.md says what each figure is.",
+    parser = Parser(
+        "make bench-node",
+        "Measures rigid_body_node as a process over real DDS; docs/benchmarks.md says what each figure is.",
     )
     parser.add_argument(
         "--seconds", type=_seconds, default=60.0, metavar="S", help="how long a measurement takes (default 60)"

@@ -1,0 +1,27 @@
+"""What the command lines of all programs have in common: --help, --version, and one sentence for what is wrong."""
+
+import argparse
+from collections.abc import Sequence
+from typing import Any, NoReturn
+
+from . import __version__
+
+WRONG = 2  # exit status of a program that was given arguments it does not know
+
+
+class Parser(argparse.ArgumentParser):
+    """argparse's, strict about names, with --version; ``wrong`` is the exit status for what it refuses."""
+
+    def __init__(self, prog: str, description: str, wrong: int = WRONG, **others: Any):
+        super().__init__(prog=prog, description=description, allow_abbrev=False, **others)
+        self._wrong = wrong
+        self.add_argument("--version", action="version", version=f"{prog} {__version__}")
+
+    def error(self, message: str) -> NoReturn:
+        """End the program with one sentence on stderr."""
+        self.exit(self._wrong, f"{self.prog}: {message}; --help tells what can be given\n")
+
+
+def takes_nothing(prog: str, description: str, args: Sequence[str] | None = None) -> None:
+    """Answer --help and --version, and refuse anything else: for a program that needs no arguments."""
+    Parser(prog, description).parse_args(args)
