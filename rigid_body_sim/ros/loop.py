@@ -39,10 +39,11 @@ class Run:
 class Loop:
     """One simulation, advanced at its pace or by commands, between whose steps everything else happens.
 
-    ``epoch_ns`` is the stamp of simulated time zero. ``complain`` is called with a sentence when a step cannot be done.
+    ``epoch_ns`` is the stamp of simulated time zero, which ``start`` sets. ``complain`` is called with a sentence when
+    a step cannot be done.
     """
 
-    def __init__(self, scene: Scene, simulation: Simulation, outputs: Outputs, epoch_ns: int, complain):
+    def __init__(self, scene: Scene, simulation: Simulation, outputs: Outputs, complain: Callable[[str], None]):
         self.simulation = simulation
         self.failure = ""
         self.paused = scene["start_paused"]
@@ -50,7 +51,7 @@ class Loop:
         self._steps_per_command = scene["steps_per_command"]
         self._every = scene.steps_per_publish
         self._keep_time = not scene["reset_time"]
-        self._outputs, self.epoch_ns, self._complain = outputs, epoch_ns, complain
+        self._outputs, self.epoch_ns, self._complain = outputs, 0, complain
         self.pacer = Pacer(simulation.rate, time.monotonic_ns(), scene["real_time_factor"])
         self._clock_due_ns = 0
         self._run: Run | None = None
@@ -60,10 +61,10 @@ class Loop:
         """What it does now, in a word."""
         return "stopped" if self.failure else "paused" if self.paused else "lockstep" if self.lockstep else "running"
 
-    def start(self) -> None:
-        """Publish the present state and begin to count time."""
+    def start(self, clock_ns: Callable[[], int]) -> None:
+        """Begin to count time, whose stamps begin with what ``clock_ns`` says now."""
+        self.epoch_ns = clock_ns()
         self.pacer.start(time.monotonic_ns())
-        self.publish()
 
     def turn(self) -> None:
         """Take the steps that are due now."""

@@ -36,7 +36,7 @@ class RigidBodyNode(Node):
         self.scene = parameters.declare(self, given)
         self.simulation = recording.simulation_of(self.scene)
         self._outputs = Outputs(self, self.scene, self.simulation)
-        self.loop = Loop(self.scene, self.simulation, self._outputs, self._epoch_ns(), self.get_logger().error)
+        self.loop = Loop(self.scene, self.simulation, self._outputs, self.get_logger().error)
         self._diagnostics_publisher = self.create_publisher(
             DiagnosticArray, "/diagnostics", QUEUE, qos_overriding_options=QoSOverridingOptions.with_default_policies()
         )
@@ -85,7 +85,10 @@ class RigidBodyNode(Node):
         gc.freeze()  # what exists now stays; the collector need not look at it again while the loop runs
         self._outputs.count_listeners()
         self._last_reading = self._reading()
-        self.loop.start()
+        self.loop.start(self._epoch_ns)
+        if self._recorder is not None:
+            recording.begin(self._recorder, self.scene, self.loop)
+        self.loop.publish()
         if self._is_default:
             self.get_logger().info("no parameters were given: simulating the default body")
         paused = ", paused" if self.loop.paused else ""

@@ -35,7 +35,7 @@ def simulation_of(scene: Scene) -> Simulation:
 
 
 def start(node: Node, scene: Scene, loop: Loop, ends: Sequence[Recordable]) -> Recorder | None:
-    """Record those of ``ends`` that the scene asks for, into a bag that begins with the scene; None when it asks not.
+    """Be ready to record those of ``ends`` that the scene asks for, from ``begin`` on; None when it asks for nothing.
 
     Raises ValueError when ``record.topics`` has something else, or when the bag cannot be made.
     """
@@ -49,11 +49,15 @@ def start(node: Node, scene: Scene, loop: Loop, ends: Sequence[Recordable]) -> R
     except BagError as reason:
         raise ValueError(f"parameter record.path = {scene['record.path']!r}: {reason}") from None
     sys.setswitchinterval(SWITCH_INTERVAL)
-    loop.simulation.journal = recorder.put_entry
-    recorder.put_entry(loop.simulation.steps, journal.SCENE, journal.scene_values(scene, loop.epoch_ns))
     for place, each in enumerate(chosen):
         each.record(partial(recorder.put, place))
     return recorder
+
+
+def begin(recorder: Recorder, scene: Scene, loop: Loop) -> None:
+    """Begin the journal with the scene, once the loop has the stamp with which its time begins."""
+    recorder.put_entry(loop.simulation.steps, journal.SCENE, journal.scene_values(scene, loop.epoch_ns))
+    loop.simulation.journal = recorder.put_entry
 
 
 def _chosen(node: Node, names: Sequence[str], ends: Sequence[Recordable]) -> list[Recordable]:

@@ -84,7 +84,7 @@ class Subject:
 
     def __init__(self):
         self.simulation = Simulation.from_scene(SCENE)
-        self.loop = loops.Loop(SCENE, self.simulation, Unheard(), 0, lambda _: None)
+        self.loop = loops.Loop(SCENE, self.simulation, Unheard(), lambda _: None)
         self.node = Listener()
         self.inputs = inputs.Inputs(self.node, SCENE, self.loop)
 

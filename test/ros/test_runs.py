@@ -39,7 +39,7 @@ class Told:
 def loop():
     scene = Scene(SCENE)
     simulation = Simulation.from_scene(scene)
-    loop = loops.Loop(scene, simulation, Published(simulation), 0, lambda _: None)
+    loop = loops.Loop(scene, simulation, Published(simulation), lambda _: None)
     loop.published = loop._outputs.steps
     return loop
 

@@ -21,8 +21,9 @@ class Slow:
         self.simulation = Simulation.from_scene(scene)
         self._step = self.simulation.step
         self.simulation.step = self.step
-        self.loop = loops.Loop(scene, self.simulation, self, 0, lambda _: None)
-        self.loop.start()
+        self.loop = loops.Loop(scene, self.simulation, self, lambda _: None)
+        self.loop.start(lambda: 0)
+        self.loop.publish()
 
     def step(self, n):
         self.calls.append(n)
@@ -43,6 +44,17 @@ class Slow:
 @pytest.fixture
 def slow(monkeypatch):
     return lambda **more: Slow(monkeypatch, **more)
+
+
+def test_stamps_begin_with_the_clock_when_time_begins(slow):
+    """Not when the loop was made, which is long before: publishers, services and the compiler come in between."""
+    node = slow()
+    node.now_ns += 700 * MILLISECOND
+    node.loop.start(lambda: node.now_ns + 5)
+    assert node.loop.stamp_ns == node.now_ns + 5 and node.loop.pacer.deadline_ns() == node.now_ns + MILLISECOND
+    node.now_ns += MILLISECOND
+    node.turn()
+    assert node.loop.stamp_ns == node.now_ns + 5
 
 
 @pytest.mark.parametrize("heard", [True, False])
