@@ -5,9 +5,11 @@ import sys
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from fractions import Fraction
 
 from ..scene.loader import Scene
 from ..simulation import Simulation, SimulationError
+from .messages import LATEST_STAMP_NS
 from .outputs import Outputs
 from .pacing import NANOSECONDS, Pacer
 
@@ -51,7 +53,8 @@ class Loop:
         self._steps_per_command = scene["steps_per_command"]
         self._every = scene.steps_per_publish
         self._keep_time = not scene["reset_time"]
-        self._outputs, self.epoch_ns, self._complain = outputs, 0, complain
+        self._outputs, self._complain = outputs, complain
+        self._begin_at(0)
         self.pacer = Pacer(simulation.rate, time.monotonic_ns(), scene["real_time_factor"])
         self._clock_due_ns = 0
         self._run: Run | None = None
@@ -63,8 +66,13 @@ class Loop:
 
     def start(self, clock_ns: Callable[[], int]) -> None:
         """Begin to count time, whose stamps begin with what ``clock_ns`` says now."""
-        self.epoch_ns = clock_ns()
+        self._begin_at(clock_ns())
         self.pacer.start(time.monotonic_ns())
+
+    def _begin_at(self, epoch_ns: int) -> None:
+        self.epoch_ns = epoch_ns
+        room = Fraction(LATEST_STAMP_NS - epoch_ns, NANOSECONDS)
+        self._last_step = math.floor(room * Fraction(self.simulation.rate))
 
     def turn(self) -> None:
         """Take the steps that are due now."""
@@ -139,14 +147,23 @@ class Loop:
             self.publish()
 
     def _try_steps(self, n: int) -> bool:
+        room = self._last_step - self.simulation.steps
         try:
-            self.simulation.step(n)
+            self.simulation.step(min(n, room))
+            if n > room:
+                raise SimulationError(self._beyond_stamps())
         except SimulationError as failure:
             self.failure = str(failure)
             self._complain(f"stopped; ~/reset starts afresh: {failure}")
             self.publish()
             return False
         return True
+
+    def _beyond_stamps(self) -> str:
+        return (
+            f"step {self.simulation.steps + 1} cannot be done: its stamp would be of 2^31 s or more, which no message "
+            f"of ROS holds; simulated time is {self.simulation.time:.9g} s, and a higher rate takes shorter steps"
+        )
 
     def _keep_clock_ticking(self, now_ns: int) -> None:
         """Whoever waits for /clock must hear it while time stands still, too."""
@@ -212,9 +229,10 @@ class Loop:
     def reset(self, *, state: bool = True, time_too: bool | None = None) -> str:
         """Back to the initial state, to time zero, or both; returns what became of the time.
 
-        ``time_too`` None means as the parameter ``reset_time`` says.
+        ``time_too`` None means as the parameter ``reset_time`` says. Where no stamp is left time begins anew.
         """
         keep_time = self._keep_time if time_too is None else not time_too
+        keep_time = keep_time and self.simulation.steps < self._last_step
         self.end_run("the simulation was reset")
         if state:
             self.simulation.reset(keep_time=keep_time)

@@ -14,6 +14,7 @@ from ..scene.loader import Scene
 from ..scene.schema import shown
 
 NANOSECONDS = 1_000_000_000
+LATEST_STAMP_NS = 2**31 * NANOSECONDS - 1  # builtin_interfaces/Time counts seconds in 32 bits: until 2038-01-19
 
 NOT_FOR_INTEGRATOR = "not for this integrator"
 NOT_A_ROTATION = "not a rotation"
@@ -23,8 +24,8 @@ REFUSALS = (NOT_FINITE, UNKNOWN_FRAME, NOT_FOR_INTEGRATOR, NOT_A_ROTATION, MALFO
 
 
 def stamp(header: Header, time_ns: int) -> None:
-    """Write a time [ns] into a header."""
-    header.stamp.sec, header.stamp.nanosec = divmod(time_ns, NANOSECONDS)
+    """Write a time [ns] into a header, or the latest one that it holds."""
+    header.stamp.sec, header.stamp.nanosec = divmod(min(time_ns, LATEST_STAMP_NS), NANOSECONDS)
 
 
 def check_frame(what: str, frame_id: str, known: set[str]) -> str:

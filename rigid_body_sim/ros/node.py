@@ -34,6 +34,7 @@ class RigidBodyNode(Node):
         super().__init__("rigid_body_node", **node_arguments)
         self._is_default = not parameters.all_given(self, given)
         self.scene = parameters.declare(self, given)
+        self._check_clock()
         self.simulation = recording.simulation_of(self.scene)
         self._outputs = Outputs(self, self.scene, self.simulation)
         self.loop = Loop(self.scene, self.simulation, self._outputs, self.get_logger().error)
@@ -75,6 +76,14 @@ class RigidBodyNode(Node):
     def _epoch_ns(self) -> int:
         """Stamp of simulated time zero: zero where this node makes the time or repeats to the bit, else now."""
         return 0 if self.scene["lockstep"] or "clock" in self.scene["outputs"] else self.get_clock().now().nanoseconds
+
+    def _check_clock(self) -> None:
+        """Raise ValueError for a clock that no stamp can tell."""
+        if (now_ns := self._epoch_ns()) > messages.LATEST_STAMP_NS:
+            raise ValueError(
+                f"the clock says {now_ns / NANOSECONDS:.0f} s since 1970, and stamps of ROS end at 2^31 s, in January 2038; "
+                "set the clock, or begin at zero with lockstep or outputs: [clock]"
+            )
 
     def run(self, stop: StopRequest) -> None:
         """Simulate until ``stop`` is requested."""

@@ -369,6 +369,26 @@ def test_so_does_the_controller(remote, run_node):
     controller.assert_stopped_cleanly()
 
 
+def test_stamps_that_no_message_holds_stop_it_like_a_step_that_cannot_be_done(connect):
+    """Lockstep by 10^9 s a command: the third has no stamp left. The state before stays, and a reset begins anew."""
+    scene = {"rate": 0.001, "lockstep": True, "steps_per_command": 1_000_000, "publish_rate": 0.0}
+    remote = connect({**scene, "initial.linear_velocity": [1.0, 0.0, 0.0]}).ready()
+    for _ in range(2):
+        have = len(remote.poses)
+        remote.send("world")
+        remote.wait(lambda have=have: len(remote.poses) > have, "an answer")
+    remote.send("world")
+    status, _ = remote.wait_report(lambda status, _: status.level == status.ERROR, "an error")
+    assert "its stamp would be of 2^31 s or more" in status.message
+    assert 2.0e9 <= remote.poses[-1].header.stamp.sec < 2**31
+    assert remote.poses[-1].pose.position.x == pytest.approx(2**31 // 1000 * 1e3, rel=1e-15)
+    assert remote.call("reset").message == "initial state, no wrench, simulated time from zero"
+    have = len(remote.poses)
+    remote.send("world")
+    remote.wait(lambda: len(remote.poses) > have, "an answer")
+    assert round(remote.poses[-1].header.stamp.sec, -1) == 10**9 == remote.poses[-1].pose.position.x
+
+
 # The end --------------------------------------------------------------------------------------------------------------
 
 

@@ -53,7 +53,9 @@ def test_stamps_are_what_the_clock_says_but_for_what_slipped(node):
     for have in range(len(node.poses), len(node.poses) + 100):
         node.wait(lambda have=have: len(node.poses) > have, "a pose")
         lags.append((time.time_ns() - stamp_ns(node.poses[-1])) / 1e9)
-    assert min(lags) - before > -0.001 and min(lags) - slipped() < 0.02  # measured 4 ms: a step, and a reset; was 64 to 660
+    assert (
+        min(lags) - before > -0.001 and min(lags) - slipped() < 0.02
+    )  # measured 4 ms: a step, and a reset; was 64 to 660
 
 
 def test_force_gives_parabola_then_straight_line(node):

@@ -66,6 +66,29 @@ def test_run_takes_its_steps_and_no_other(loop):
     assert loop.idle_ns(0) > 0
 
 
+@pytest.mark.parametrize("epoch_ns", [0, 2_000_000_000 * 10**9, -5 * 10**9])
+def test_a_step_whose_stamp_no_message_holds_is_one_that_cannot_be_done(epoch_ns):
+    """At 1 mHz: the last whole kilosecond before 2^31 s. Time begins anew at a reset, for there is none left."""
+    scene = Scene({**SCENE, "rate": 1e-3, "publish_rate": 0.0, "initial.linear_velocity": (1.0, 0.0, 0.0)})
+    simulation, complaints = Simulation.from_scene(scene), []
+    loop = loops.Loop(scene, simulation, Published(simulation), complaints.append)
+    loop.start(lambda: epoch_ns)
+    last = (2**31 - epoch_ns // 10**9) // 1000
+    loop.step(last)
+    assert abs(loop.stamp_ns - epoch_ns - last * 1000 * 10**9) < 100  # 1e-3 is no float: 45 ns
+    assert loop.stamp_ns < 2**31 * 10**9 <= loop.stamp_ns + 1000 * 10**9
+    assert simulation.state.position[0] == pytest.approx(last * 1e3, rel=1e-15)
+    for _ in range(2):
+        with pytest.raises(loops.StoppedError, match=r"its stamp would be of 2\^31 s or more, which no message"):
+            loop.step()
+    assert (simulation.steps, loop.mode, len(complaints)) == (last, "stopped", 1)
+    assert loop.reset() == "initial state, no wrench, simulated time from zero"
+    told = Told(last + 2)
+    loop.begin_run(told.run)
+    turn_until_ended(loop, told)
+    assert simulation.steps == last and "2^31 s" in told.ends[0]
+
+
 def test_run_and_single_steps_lead_to_the_same_bits(loop):
     """Also where a wrench ends within the run."""
     loop.simulation.set_wrench(Wrench(force_body=(1.0, 0.2, 0.0), torque_body=(0.1, 0.0, 0.3)), hold=0.777)
