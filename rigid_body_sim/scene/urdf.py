@@ -2,9 +2,11 @@
 
 import math
 import os
+import re
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from xml.etree import ElementTree
+from xml.parsers import expat
 
 from ..physics import rotation
 from ..physics.arrays import Floats
@@ -19,8 +21,14 @@ _ATTRIBUTES = {  # what URDF has under <inertial>, the only thing that is read
     "mass": ("value",),
     "inertia": _ENTRIES,
 }
+# What Python would read besides, such as 1_000, inf and digits of other scripts, is a mistake.
+_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 _COUNTS = {3: "three", 4: "four"}
 _VERSIONS = ("1.0", "1.1", "1.2")  # as urdfdom 6 knows them; a file that says none has the first one
+
+
+class _DeclaresError(ValueError):
+    """A file that declares entities, or may."""
 
 
 def read(path: str | os.PathLike[str], link: str = "") -> MassProperties:
@@ -28,14 +36,15 @@ def read(path: str | os.PathLike[str], link: str = "") -> MassProperties:
 
     ``<inertial>`` gives the centre of mass (``origin xyz`` [m]), the axes of the tensor (``origin rpy`` [rad], about
     the link's fixed axes x, y, z, or ``origin quat_xyzw``, normalised, in URDF 1.1 and later), ``mass`` [kg] and
-    ``inertia`` [kg m²]. Without ``link``, the file must have exactly one link with ``<inertial>``.
+    ``inertia`` [kg m²]. Without ``link``, the file must have exactly one link with ``<inertial>`` and mass.
 
     Nothing under ``<inertial>`` is left out in silence: what URDF does not have there is refused, apart from comments
     and attributes of other XML namespaces. So is ``quat_xyzw`` in a file of version 1.0, or that says no version:
     urdfdom warns and takes the link as not turned.
 
-    Raises OSError when the file cannot be read and ValueError, beginning with its path, when it is not UTF-8, has a
-    DOCTYPE, is not a URDF of a known version, has no such link, or that link has no inertial properties or bad ones.
+    Raises OSError when the file cannot be read and ValueError, beginning with its path, when it is not XML, declares
+    anything in a DOCTYPE, is not a URDF of a known version, has no such link, or that link has no inertial properties
+    or bad ones.
     """
     with open(path, "rb") as file:
         content = file.read(MOST_BYTES + 1)
@@ -48,22 +57,45 @@ def read(path: str | os.PathLike[str], link: str = "") -> MassProperties:
 
 
 def _parsed(content: bytes) -> ElementTree.Element:
-    try:
-        text = content.decode("utf-8-sig")
-    except UnicodeDecodeError:
-        text = "\0"
-    if "\0" in text:  # what looks like UTF-16 is read as such, with a DOCTYPE that is not seen here
-        raise ValueError("is not UTF-8 text; URDF is XML in UTF-8")
-    # Entities can only be declared in a DOCTYPE: without one there is nothing to expand or to fetch.
-    if "<!DOCTYPE" in text:
-        raise ValueError("has a DOCTYPE, which URDF does not need; remove it")
-    try:
-        root = ElementTree.fromstring(text)
-    except ElementTree.ParseError as reason:
-        raise ValueError(f"is not XML: {reason}") from None
+    root = _tree(content)
     if root.tag != "robot":
         raise ValueError(f"begins with <{root.tag}>; a URDF begins with <robot> (expand xacro files first)")
     return root
+
+
+def _tree(content: bytes) -> ElementTree.Element:
+    """The elements of an XML file, with prefixes of namespaces as they stand, declared or not, as urdfdom reads them.
+
+    What is UTF-8 is read so, whatever it declares, as by urdfdom; else what the file declares or its first bytes say.
+    """
+    builder, parser = ElementTree.TreeBuilder(), expat.ParserCreate()
+    parser.buffer_text = True
+    parser.StartDoctypeDeclHandler = _refuse_declarations
+    parser.StartElementHandler, parser.EndElementHandler = builder.start, builder.end
+    parser.CharacterDataHandler = builder.data
+    text = _utf8(content)
+    try:
+        parser.Parse(content if text is None else text, True)
+    except _DeclaresError:
+        raise
+    except (expat.ExpatError, LookupError, ValueError) as reason:  # the last two: an encoding that it cannot read
+        what = "XML" if text is not None else "UTF-8 text, nor XML in an encoding that it declares"
+        raise ValueError(f"is not {what}: {reason}") from None
+    return builder.close()
+
+
+def _utf8(content: bytes) -> str | None:
+    try:
+        text = content.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        return None
+    return None if "\0" in text else text  # UTF-16 in which all is ASCII
+
+
+def _refuse_declarations(_: str, system: str | None, public: str | None, inside: bool) -> None:
+    """Entities can only be declared in a DOCTYPE, or where it points: without, none is expanded and none is fetched."""
+    if system or public or inside:
+        raise _DeclaresError("has a DOCTYPE, which URDF does not need; remove it")
 
 
 def _version(root: ElementTree.Element) -> str:
@@ -75,25 +107,60 @@ def _version(root: ElementTree.Element) -> str:
 
 def _of_link(root: ElementTree.Element, name: str) -> MassProperties:
     version = _version(root)
-    found = root.findall("link")
-    links = {link.get("name", ""): link.findall("inertial") for link in found}
-    if len(links) < len(found):
-        twice, _ = Counter(link.get("name", "") for link in found).most_common(1)[0]
-        raise ValueError(f"has two links of the name {schema.shown(twice)}; give each a name of its own")
-    with_mass = [link for link, inertials in links.items() if inertials]
-    if name and name not in links:
-        raise ValueError(f"has no link {schema.shown(name)}; its links are {_listed(links)}")
-    if not name and len(with_mass) != 1:
-        raise ValueError(f"has {len(with_mass)} links with <inertial>; name one: {_listed(with_mass)}")
-    inertials = links[name or with_mass[0]]
+    links = _links(root)
+    name = name or _only_one(root, links)
+    if name not in links:
+        raise ValueError(f"has no link {schema.shown(name)}; its links are {_listed(links)}{_deeper(root)}")
+    inertials = links[name].findall("inertial")
     if not inertials:
-        raise ValueError(f"link {schema.shown(name)} has no <inertial>; those that have one: {_listed(with_mass)}")
+        those = _listed(_with_mass(links))
+        raise ValueError(f"link {schema.shown(name)} has no <inertial>; those that have one: {those}")
     try:
         if len(inertials) > 1:
             raise ValueError(f"<inertial> stands there {len(inertials)} times; a link has one")
         return _of_inertial(inertials[0], version)
     except ValueError as reason:
-        raise ValueError(f"link {schema.shown(name or with_mass[0])}: {reason}") from None
+        raise ValueError(f"link {schema.shown(name)}: {reason}") from None
+
+
+def _links(root: ElementTree.Element) -> dict[str, ElementTree.Element]:
+    found = root.findall("link")
+    links = {link.get("name", ""): link for link in found}
+    if len(links) < len(found):
+        twice, _ = Counter(link.get("name", "") for link in found).most_common(1)[0]
+        raise ValueError(f"has two links of the name {schema.shown(twice)}; give each a name of its own")
+    return links
+
+
+def _only_one(root: ElementTree.Element, links: Mapping[str, ElementTree.Element]) -> str:
+    """The name of the only link with mass."""
+    with_mass = _with_mass(links)
+    if not with_mass:
+        raise ValueError(f"has 0 links with <inertial> and a mass greater than zero; a body is one{_deeper(root)}")
+    if len(with_mass) > 1:
+        raise ValueError(
+            f"has {len(with_mass)} links with <inertial>; name one: {_listed(with_mass)} (parameter body.urdf_link)"
+        )
+    return with_mass[0]
+
+
+def _with_mass(links: Mapping[str, ElementTree.Element]) -> list[str]:
+    """Names of the links with ``<inertial>``, but for those of mass 0, which other readers take as massless, too."""
+    return [name for name, link in links.items() if link.find("inertial") is not None and not _is_massless(link)]
+
+
+def _is_massless(link: ElementTree.Element) -> bool:
+    value = link.find("inertial/mass[@value]")
+    text = "" if value is None else value.attrib["value"].strip()
+    return bool(_NUMBER.fullmatch(text)) and float(text) == 0.0
+
+
+def _deeper(root: ElementTree.Element) -> str:
+    """What to say of links elsewhere in the file, where urdfdom does not see them either."""
+    for element in root.iter():
+        if element is not root and element.find("link") is not None:
+            return f"; a <link> inside <{element.tag}> is none, as URDF has links directly inside <robot>"
+    return ""
 
 
 def _listed(names: Iterable[str]) -> str:
@@ -132,7 +199,7 @@ def _refuse_unknown(element: ElementTree.Element) -> None:
     """Refuse attributes that URDF does not have in this element, and text. Other XML namespaces have their own."""
     known = _ATTRIBUTES[element.tag]
     for name in element.attrib:
-        if name not in known and not name.startswith("{"):
+        if name not in known and ":" not in name and name != "xmlns":
             has = f"attributes {', '.join(known)}" if known else "no attributes"
             raise ValueError(f"<{element.tag}> has an attribute {schema.shown(name)}; URDF has {has} there")
     text = "".join([element.text or "", *(part.tail or "" for part in element)]).strip()
@@ -178,10 +245,10 @@ def _numbers(origin: ElementTree.Element, name: str, count: int) -> tuple[float,
 
 
 def _float(text: str, name: str) -> float:
-    try:
-        number = float(text)
-    except ValueError:
-        number = math.nan
+    number = float(text) if _NUMBER.fullmatch(text.strip()) else math.nan
     if not math.isfinite(number):
-        raise ValueError(f"{name} = {schema.shown(text)} is not a finite number")
+        comma = ", with a point and no comma" if "," in text else ""
+        raise ValueError(
+            f"{name} = {schema.shown(text)} is not a finite number; write it in SI units, as in 0.25 or 2.5e-1{comma}"
+        )
     return number

@@ -103,18 +103,61 @@ def test_byte_order_mark_is_no_text(read):
     assert read(b"\xef\xbb\xbf" + robot(INERTIAL).encode()).mass == 2.5
 
 
+def latin(text):
+    return text.replace("1.0", '1.0" encoding="ISO-8859-1').replace('name="r"', 'name="Hülle"').encode("latin-1")
+
+
+TEXT = robot(INERTIAL)
+GAZEBO = '<gazebo reference="a"><link name="a"><inertial/></link><sensor><mass value="x"/></sensor></gazebo>'
+DIALECTS = {  # files that say what TEXT says
+    "expanded xacro": TEXT.replace("<robot", '<robot xmlns:xacro="http://www.ros.org/wiki/xacro"'),
+    "default namespace": TEXT.replace("<robot", '<robot xmlns="http://www.ros.org"'),
+    "prefix not declared": TEXT.replace("</robot>", "<controller:joint/></robot>"),
+    "no name": TEXT.replace('name="r"', ""),
+    "comments and instructions": TEXT.replace("<robot", "<!-- & < --><?xml-model href='urdf.rng'?>\n<robot"),
+    "extensions": TEXT.replace("</robot>", GAZEBO + "</robot>"),
+    "other elements first": TEXT.replace("<inertial>", '<visual><origin rpy="1 2 3"/></visual>some text<inertial>'),
+    "DOCTYPE": TEXT.replace("<robot", "<!DOCTYPE robot>\n<robot"),
+    "latin-1": latin(TEXT),
+    "UTF-16": TEXT.replace("1.0", '1.0" encoding="UTF-16').encode("utf-16"),
+    "UTF-16 without a declaration": TEXT[21:].encode("utf-16"),
+    "UTF-16 without a mark": TEXT[21:].encode("utf-16-be"),
+    "UTF-8 that declares UTF-16": TEXT.replace("1.0", '1.0" encoding="UTF-16').encode(),
+    "newlines": TEXT.replace(" -0.2 ", "\n\t -0.2&#10;").replace('="2.5"', '\n =\n " 2.5 "'),
+    "other numbers": TEXT.replace("2.5", "+25.E-1").replace('"0.3"', '"3e-1"').replace('"0.4"', '".4"'),
+    "link of no mass": TEXT.replace(
+        "<link", '<link name="w"><inertial><mass value="0"/><inertia/></inertial></link><link'
+    ),
+}
+
+
+@pytest.mark.parametrize("text", DIALECTS.values(), ids=DIALECTS)
+def test_dialects_that_other_readers_take_say_the_same(read, text):
+    expected, found = read(TEXT), read(text)
+    assert found.mass == expected.mass
+    assert_array_equal(found.center_of_mass, expected.center_of_mass)
+    assert_array_equal(found.inertia, expected.inertia)
+
+
 BOMB = '<!DOCTYPE r [<!ENTITY a "aaaaaaaaaa"><!ENTITY b "&a;&a;&a;&a;">]><robot name="&b;"/>'
 FETCH = '<!DOCTYPE r [<!ENTITY a SYSTEM "file:///etc/hostname">]><robot>&a;</robot>'
 BAD = {  # text, link, and what the message must say
     "entity bomb": (BOMB, "", "has a DOCTYPE, which URDF does not need; remove it"),
     "file as an entity": (FETCH, "", "has a DOCTYPE"),
     "undeclared entity": ("<robot>&a;</robot>", "", "is not XML: undefined entity"),
-    "UTF-16": (robot(INERTIAL).encode("utf-16"), "", "is not UTF-8 text"),
+    "undeclared latin-1": (robot(INERTIAL).replace('"r"', '"é"').encode("latin-1"), "", "is not UTF-8 text, nor XML"),
+    "no such encoding": (b'<?xml version="1.0" encoding="moon"?><robot name="\xff"/>', "", "not UTF-8.*encoding: moon"),
+    "DTD of elsewhere": ('<!DOCTYPE robot SYSTEM "robot.dtd"><robot/>', "", "has a DOCTYPE, which URDF does not need"),
+    "undeclared entity below a DOCTYPE": ('<!DOCTYPE robot><robot name="&a;"/>', "", "is not XML: undefined entity"),
     "not XML": ("solid cube", "", "is not XML: syntax error"),
     "empty": ("", "", "is not XML"),
     "world": ("<sdf/>", "", "begins with <sdf>; a URDF begins with <robot>"),
-    "no links": ("<robot/>", "", "has 0 links with <inertial>; name one: none"),
-    "two links": (robot(INERTIAL, INERTIAL), "", "has 2 links with <inertial>; name one: a, b"),
+    "no links": ("<robot/>", "", r"has 0 links with <inertial> and a mass .*; a body is one$"),
+    "two links": (robot(INERTIAL, INERTIAL), "", r"2 links with <.*one: a, b \(parameter body\.urdf_link\)$"),
+    "link in a group": ('<robot><g><link name="a"/></g></robot>', "", "a <link> inside <g> is none, as URDF has"),
+    "named link there": ('<robot><g><link name="a"/></g></robot>', "a", "no link .a.; its links are none; a <link>"),
+    "mass of 0": (robot(INERTIAL.replace("2.5", "0.0")), "", "has 0 links with <inertial> and a mass greater"),
+    "named mass of 0": (robot(INERTIAL.replace("2.5", "0")), "a", "link 'a': mass 0 kg is not a finite number greater"),
     "unknown link": (robot(INERTIAL), "wing", "has no link 'wing'; its links are a"),
     "massless link": (robot("", INERTIAL), "a", "link 'a' has no <inertial>; those that have one: b"),
     "no mass": (robot(f"<inertial>{TENSOR}</inertial>"), "", "link 'a': <inertial> has no <mass>"),
@@ -123,6 +166,13 @@ BAD = {  # text, link, and what the message must say
     "no value": (robot(INERTIAL.replace('value="2.5"', "")), "", "<mass> has no attribute value"),
     "xacro": (robot(INERTIAL.replace("2.5", "${m}")), "", r"mass value = '\$\{m\}' is not a finite number"),
     "not a number": (robot(INERTIAL.replace("0.3\" ixy", "nan\" ixy")), "", "inertia ixx = 'nan' is not a finite"),
+    "comma": (robot(INERTIAL.replace("2.5", "2,5")), "", "mass value = '2,5' is not .*, with a point and no comma"),
+    "commas": (robot(INERTIAL.replace("0.1 -0.2 0.3", "0.1, -0.2, 0.3")), "", "'0.1,' is not a finite .* no comma"),
+    "commas alone": (robot(INERTIAL.replace("0.1 -0.2 0.3", "0.1,-0.2,0.3")), "", "is not three numbers with spaces"),
+    "unit": (robot(INERTIAL.replace("2.5", "2.5 kg")), "", "'2.5 kg' is not a finite number; write it in SI units"),
+    "underscore": (robot(INERTIAL.replace("2.5", "1_000")), "", "mass value = '1_000' is not a finite number"),
+    "other digits": (robot(INERTIAL.replace("2.5", "٣")), "", "mass value = '٣' is not a finite number"),
+    "too large": (robot(INERTIAL.replace("2.5", "1e999")), "", "mass value = '1e999' is not a finite number"),
     "two coordinates": (robot(INERTIAL.replace("0.1 -0.2 0.3", "0.1 -0.2")), "", "xyz = '0.1 -0.2' is not three"),
     "bad angle": (robot(INERTIAL.replace("0.6", "east")), "", "origin rpy = 'east' is not a finite number"),
     "negative mass": (robot(INERTIAL.replace("2.5", "-1")), "", "mass -1 kg is not a finite number greater than zero"),
