@@ -8,7 +8,9 @@ from collections.abc import Iterable, Mapping
 from xml.etree import ElementTree
 from xml.parsers import expat
 
-from ..physics import rotation
+import numpy as np
+
+from ..physics import inertia, rotation
 from ..physics.arrays import Floats
 from ..physics.mass_properties import MassProperties
 from . import schema
@@ -23,6 +25,7 @@ _ATTRIBUTES = {  # what URDF has under <inertial>, the only thing that is read
 }
 # What Python would read besides, such as 1_000, inf and digits of other scripts, is a mistake.
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
+_THREE_DIGITS = 0.005  # of 1.00, half a unit of the last one
 _COUNTS = {3: "three", 4: "four"}
 _VERSIONS = ("1.0", "1.1", "1.2")  # as urdfdom 6 knows them; a file that says none has the first one
 
@@ -170,7 +173,7 @@ def _listed(names: Iterable[str]) -> str:
 def _of_inertial(inertial: ElementTree.Element, version: str) -> MassProperties:
     parts = _parts(inertial)
     mass = _number(parts["mass"], "value")
-    about_center = MassProperties(mass, [_number(parts["inertia"], name) for name in _ENTRIES])
+    about_center = MassProperties(mass, _tensor(parts["inertia"]))
     origin = parts.get("origin")
     if origin is None:
         return about_center
@@ -212,6 +215,26 @@ def _number(element: ElementTree.Element, name: str) -> float:
     if text is None:
         raise ValueError(f"<{element.tag}> has no attribute {name}; give it a number")
     return _float(text, f"{element.tag} {name}")
+
+
+def _tensor(element: ElementTree.Element) -> Floats:
+    """The tensor [kg m²], shape (3, 3), of ``<inertia>``, or the nearest that a body can have within its digits.
+
+    Exporters print 3 to 6 digits, with which that of a plate or a rod may miss the triangle inequality, or that a rod
+    has a moment about its axis. Each entry is known to half a unit of its last digit; three digits of the largest entry
+    are the coarsest that count, as 1, 1 and 3 are no plate.
+    """
+    matrix = inertia.as_matrix([_number(element, name) for name in _ENTRIES])
+    half_units = np.array([_half_unit(element.attrib[name]) for name in _ENTRIES])
+    coarsest = _THREE_DIGITS * np.abs(matrix).max()
+    return inertia.within_rounding(matrix, inertia.as_matrix(half_units.clip(max=coarsest)))
+
+
+def _half_unit(text: str) -> float:
+    """Half a unit of the last digit that is printed: 0.0005 of 0.250, 5e-7 of -2.5e-5, 0.5 of 3."""
+    digits, e, exponent = text.strip().lower().partition("e")
+    zeros = re.sub(r"\d", "0", digits.lstrip("+-"))
+    return float(f"{zeros}{'' if '.' in zeros else '.'}5{e}{exponent}")
 
 
 def _attitude(origin: ElementTree.Element, version: str) -> Floats:

@@ -139,6 +139,59 @@ def test_dialects_that_other_readers_take_say_the_same(read, text):
     assert_array_equal(found.inertia, expected.inertia)
 
 
+def printed(ixx, iyy, izz, ixy="0", ixz="0", iyz="0"):
+    """A URDF with a tensor of those texts."""
+    entries = f'ixx="{ixx}" iyy="{iyy}" izz="{izz}" ixy="{ixy}" ixz="{ixz}" iyz="{iyz}"'
+    return robot(f'<inertial><mass value="1"/><inertia {entries}/></inertial>')
+
+
+ROUNDED = {  # entries of plates and rods as exporters print them, and the moments that are nearest, in their proportion
+    "plate": (("0.020", "0.083", "0.104"), (0.061 / 3, 0.25 / 3, 0.311 / 3)),
+    "plate with exponents": (("2.0e-2", "+8.3E-2", "10.4e-2"), (0.061 / 3, 0.25 / 3, 0.311 / 3)),
+    "rod along x": (("1e-5", "0.0833", "0.0834"), (1e-5 + 3e-5 / 7, 0.0833 + 3e-4 / 7, 0.0834 - 3e-4 / 7)),
+}
+
+
+@pytest.mark.parametrize(("texts", "moments"), ROUNDED.values(), ids=ROUNDED)
+def test_moments_that_rounding_made_impossible_move_within_their_digits(read, texts, moments):
+    found = read(printed(*texts)).body()
+    assert_allclose(found.inertia, np.diag(moments), rtol=0, atol=1e-16)  # measured 1.4e-17
+    assert max(moments) == pytest.approx(sum(moments) - max(moments), rel=1e-15)
+
+
+def test_rod_at_an_angle_has_a_moment_about_its_axis_of_less_than_a_digit(read):
+    """1 kg, 1 m at 45°: as printed, its smallest moment is 0 to 1e-4; the middle is taken, the rest hardly moves."""
+    found = read(printed("0.0417", "0.0417", "0.0833", ixy="-0.0417")).body()
+    low, middle, high = np.linalg.eigvalsh(found.inertia)
+    assert low == pytest.approx(6.25e-5, rel=1e-9)  # 5e-5, and a quarter of the 5e-5 that then miss the inequality
+    assert high <= (low + middle) * (1 + 1e-15)
+    assert_allclose(
+        found.inertia, inertia.as_matrix((0.0417, 0.0417, 0.0833, -0.0417, 0, 0)), rtol=0, atol=5e-5
+    )  # measured 4.4e-5
+
+
+NO_BODIES = {
+    "integers": ("1", "1", "3"),
+    "one digit": ("0.1", "0.1", "0.3"),
+    "two digits too many": ("0.020", "0.083", "0.106"),
+    "a typo": ("0.02083", "0.08333", "0.14017"),
+}
+
+
+@pytest.mark.parametrize("texts", NO_BODIES.values(), ids=NO_BODIES)
+def test_what_rounding_does_not_explain_is_refused(read, texts):
+    with pytest.raises(
+        ValueError, match=r"breaks the triangle .* the other two, here 0?\.?\d+ kg m²: give more digits"
+    ):
+        read(printed(*texts)).body()
+
+
+@pytest.mark.parametrize("zero", ["0", "0.000", "0e99999999999", "-0.0"])
+def test_moment_printed_as_zero_is_refused(read, zero):
+    with pytest.raises(ValueError, match=r"not positive definite.* give a thin rod its radius"):
+        read(printed(zero, "0.083", "0.083")).body()
+
+
 BOMB = '<!DOCTYPE r [<!ENTITY a "aaaaaaaaaa"><!ENTITY b "&a;&a;&a;&a;">]><robot name="&b;"/>'
 FETCH = '<!DOCTYPE r [<!ENTITY a SYSTEM "file:///etc/hostname">]><robot>&a;</robot>'
 BAD = {  # text, link, and what the message must say
