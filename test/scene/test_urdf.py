@@ -204,10 +204,11 @@ BAD = {  # text, link, and what the message must say
     "undeclared entity below a DOCTYPE": ('<!DOCTYPE robot><robot name="&a;"/>', "", "is not XML: undefined entity"),
     "not XML": ("solid cube", "", "is not XML: syntax error"),
     "empty": ("", "", "is not XML"),
+    "dollars": (robot(INERTIAL.replace("2.5", "$5")), "", r"mass value = '\$5' is not a finite number; write it in SI"),
     "world": ("<sdf/>", "", "begins with <sdf>; a URDF begins with <robot>"),
     "no links": ("<robot/>", "", r"has 0 links with <inertial> and a mass .*; a body is one$"),
     "two links": (robot(INERTIAL, INERTIAL), "", r"2 links with <.*one: a, b \(parameter body\.urdf_link\)$"),
-    "link in a group": ('<robot><g><link name="a"/></g></robot>', "", "a <link> inside <g> is none, as URDF has"),
+    "link in a group": ('<robot><g><link name="a"/></g></robot>', "", "a <link> inside <g> is none; URDF has links"),
     "named link there": ('<robot><g><link name="a"/></g></robot>', "a", "no link .a.; its links are none; a <link>"),
     "mass of 0": (robot(INERTIAL.replace("2.5", "0.0")), "", "has 0 links with <inertial> and a mass greater"),
     "named mass of 0": (robot(INERTIAL.replace("2.5", "0")), "a", "link 'a': mass 0 kg is not a finite number greater"),
@@ -217,7 +218,6 @@ BAD = {  # text, link, and what the message must say
     "no inertia": (robot('<inertial><mass value="1"/></inertial>'), "", "has no <inertia>; it needs"),
     "no entry": (robot(INERTIAL.replace('iyy="0.4"', "")), "", "<inertia> has no attribute iyy"),
     "no value": (robot(INERTIAL.replace('value="2.5"', "")), "", "<mass> has no attribute value"),
-    "xacro": (robot(INERTIAL.replace("2.5", "${m}")), "", r"mass value = '\$\{m\}' is not a finite number"),
     "not a number": (robot(INERTIAL.replace("0.3\" ixy", "nan\" ixy")), "", "inertia ixx = 'nan' is not a finite"),
     "comma": (robot(INERTIAL.replace("2.5", "2,5")), "", "mass value = '2,5' is not .*, with a point and no comma"),
     "commas": (robot(INERTIAL.replace("0.1 -0.2 0.3", "0.1, -0.2, 0.3")), "", "'0.1,' is not a finite .* no comma"),
@@ -303,6 +303,48 @@ BAD_QUATERNIONS = {  # the attribute, that of the version, and what the message 
 def test_quaternion_or_version_that_cannot_be_honoured_is_refused(read, attribute, version, message):
     with pytest.raises(ValueError, match=message):
         read(quaternion(attribute, version))
+
+
+XACRO = '<robot xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:property name="m" value="2"/><xacro:leg/></robot>'
+UNEXPANDED = {  # a xacro file, and how its message begins
+    "macros": (XACRO, "has <xacro:property>, so it is xacro and no URDF yet"),
+    "namespace of another name": (
+        XACRO.replace("xacro:", "x:").replace(":xacro", ":x"),
+        "has <x:property>, so it is.*",
+    ),
+    "namespace not declared": (TEXT.replace("<mass", "<xacro:insert/><mass"), "has <xacro:insert>, so it is xacro.*"),
+    "name of a link": (TEXT.replace('"a"', '"${side}_leg"'), r"has a link '\$\{side\}_leg', so it is xacro.*"),
+    "mass": (TEXT.replace("2.5", "${m}"), r"link 'a': mass value = '\$\{m\}' is not a finite number; it is xacro"),
+    "moment": (
+        TEXT.replace('"0.3"', '"${m * r**2}"'),
+        "link 'a': inertia ixx = .* is not a finite number; it is xacro",
+    ),
+    "coordinates": (TEXT.replace("0.1 -0.2 0.3", "${a / 2} 0 $(arg z)"), "origin xyz = .* number; it is xacro"),
+    "angles": (TEXT.replace("0.4 -0.5 0.6", "0 0 ${pi/2}"), "link 'a': origin rpy = '0 0 .* number; it is xacro"),
+}
+
+
+@pytest.mark.parametrize(("text", "message"), UNEXPANDED.values(), ids=UNEXPANDED)
+def test_xacro_is_refused_with_the_command_that_expands_it(read, text, message):
+    with pytest.raises(ValueError, match=f"{message}; expand it first: xacro in.urdf.xacro > out.urdf$"):
+        read(text)
+
+
+def test_file_that_is_called_xacro_is_taken_when_it_is_a_urdf(tmp_path):
+    path = tmp_path / "robot.urdf.xacro"
+    path.write_text(TEXT, encoding="utf-8")
+    assert urdf.read(path).mass == 2.5
+    path.write_text("<robot/>", encoding="utf-8")
+    with pytest.raises(ValueError, match=r"has 0 links .*; expand it first: xacro in.urdf.xacro > out.urdf$"):
+        urdf.read(path)
+
+
+@pytest.mark.parametrize("text", ["<{}/>", "<robot><link><inertial><{}/></inertial></link></robot>",
+                                  '<?xml version="1.0" encoding="{}"?><robot name="é"/>'])  # fmt: skip
+def test_long_names_are_not_repeated_whole(read, text):
+    with pytest.raises(ValueError, match=r"file .*") as caught:
+        read(text.format(10_000 * "n").encode("latin-1"))
+    assert len(str(caught.value)) < 2000
 
 
 def test_deep_nesting_does_no_harm(read):
