@@ -179,6 +179,17 @@ def test_what_is_right_or_what_rounding_does_not_explain_is_given_back(moments):
     assert inertia.within_rounding(matrix, np.full((3, 3), 0.01)) is matrix
 
 
+@pytest.mark.parametrize(("digits", "taken"), [(3, True), (6, True), (9, False), (15, False)])
+def test_ideal_rod_is_a_body_only_when_few_digits_are_printed(digits, taken):
+    """A rod at 45° without thickness: with few digits it may have had some, with many it has none."""
+    matrix = inertia.as_matrix((1 / 24, 1 / 24, 1 / 12, -1 / 24, 0, 0))
+    matrix = inertia.as_matrix(rounded(matrix[(0, 1, 2, 0, 0, 1), (0, 1, 2, 1, 2, 2)], digits))
+    found = inertia.within_rounding(matrix, 0.05 * 10.0**-digits * np.ones((3, 3)))
+    assert (found is not matrix) == taken
+    if taken:
+        inertia.check(found)
+
+
 def test_triangle_inequality_is_missed_by_three_parts_in_a_hundred_thousand():
     with pytest.raises(ValueError, match="triangle"):
         inertia.check(inertia.as_matrix((1.0, 2.0, 3.0 * (1 + 3e-5))))
