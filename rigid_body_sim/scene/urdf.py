@@ -8,7 +8,9 @@ from collections.abc import Iterable, Mapping
 from xml.etree import ElementTree
 from xml.parsers import expat
 
-from ..physics import rotation
+import numpy as np
+
+from ..physics import inertia, rotation
 from ..physics.arrays import Floats
 from ..physics.mass_properties import MassProperties
 from . import schema
@@ -23,6 +25,8 @@ _ATTRIBUTES = {  # what URDF has under <inertial>, the only thing that is read
 }
 # What Python would read besides, such as 1_000, inf and digits of other scripts, is a mistake.
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
+_THREE_DIGITS = 0.005  # of 1.00, half a unit of the last one
+_EXPAND = "expand it first: xacro in.urdf.xacro > out.urdf"
 _COUNTS = {3: "three", 4: "four"}
 _VERSIONS = ("1.0", "1.1", "1.2")  # as urdfdom 6 knows them; a file that says none has the first one
 
@@ -37,6 +41,7 @@ def read(path: str | os.PathLike[str], link: str = "") -> MassProperties:
     ``<inertial>`` gives the centre of mass (``origin xyz`` [m]), the axes of the tensor (``origin rpy`` [rad], about
     the link's fixed axes x, y, z, or ``origin quat_xyzw``, normalised, in URDF 1.1 and later), ``mass`` [kg] and
     ``inertia`` [kg m²]. Without ``link``, the file must have exactly one link with ``<inertial>`` and mass.
+    xacro must be expanded before; what it leaves of itself, its namespace, is no fault.
 
     Nothing under ``<inertial>`` is left out in silence: what URDF does not have there is refused, apart from comments
     and attributes of other XML namespaces. So is ``quat_xyzw`` in a file of version 1.0, or that says no version:
@@ -53,14 +58,33 @@ def read(path: str | os.PathLike[str], link: str = "") -> MassProperties:
             raise ValueError(f"has more than {MOST_BYTES} bytes; a URDF has a few million at most")
         return _of_link(_parsed(content), link)
     except ValueError as reason:
-        raise ValueError(f"file {schema.shown_name(os.fspath(path))}: {reason}") from None
+        shown = schema.shown_name(os.fspath(path))
+        hint = f"; {_EXPAND}" if os.fspath(path).endswith(".xacro") and _EXPAND not in str(reason) else ""
+        raise ValueError(f"file {shown}: {reason}{hint}") from None
 
 
 def _parsed(content: bytes) -> ElementTree.Element:
     root = _tree(content)
     if root.tag != "robot":
-        raise ValueError(f"begins with <{root.tag}>; a URDF begins with <robot> (expand xacro files first)")
+        raise ValueError(f"begins with <{schema.shown_name(root.tag)}>; a URDF begins with <robot>")
+    _refuse_xacro(root)
     return root
+
+
+def _refuse_xacro(root: ElementTree.Element) -> None:
+    """Refuse a file of which xacro would make another one. A namespace that is only declared is what it leaves."""
+    prefixes = {name[6:] for name, uri in root.attrib.items() if name[:6] == "xmlns:" and "xacro" in uri}
+    for element in root.iter():
+        prefix, colon, _ = element.tag.partition(":")
+        if colon and (prefix == "xacro" or prefix in prefixes):
+            raise ValueError(f"has <{schema.shown_name(element.tag)}>, so it is xacro and no URDF yet; {_EXPAND}")
+    for name in (link.get("name", "") for link in root.iterfind("link")):
+        if _is_xacro(name):
+            raise ValueError(f"has a link {schema.shown(name)}, so it is xacro and no URDF yet; {_EXPAND}")
+
+
+def _is_xacro(text: str) -> bool:
+    return "${" in text or "$(" in text
 
 
 def _tree(content: bytes) -> ElementTree.Element:
@@ -80,7 +104,7 @@ def _tree(content: bytes) -> ElementTree.Element:
         raise
     except (expat.ExpatError, LookupError, ValueError) as reason:  # the last two: an encoding that it cannot read
         what = "XML" if text is not None else "UTF-8 text, nor XML in an encoding that it declares"
-        raise ValueError(f"is not {what}: {reason}") from None
+        raise ValueError(f"is not {what}: {schema.one_line(reason)}") from None
     return builder.close()
 
 
@@ -159,7 +183,7 @@ def _deeper(root: ElementTree.Element) -> str:
     """What to say of links elsewhere in the file, where urdfdom does not see them either."""
     for element in root.iter():
         if element is not root and element.find("link") is not None:
-            return f"; a <link> inside <{element.tag}> is none, as URDF has links directly inside <robot>"
+            return f"; a <link> inside <{schema.shown_name(element.tag)}> is none; URDF has links right inside <robot>"
     return ""
 
 
@@ -170,7 +194,7 @@ def _listed(names: Iterable[str]) -> str:
 def _of_inertial(inertial: ElementTree.Element, version: str) -> MassProperties:
     parts = _parts(inertial)
     mass = _number(parts["mass"], "value")
-    about_center = MassProperties(mass, [_number(parts["inertia"], name) for name in _ENTRIES])
+    about_center = MassProperties(mass, _tensor(parts["inertia"]))
     origin = parts.get("origin")
     if origin is None:
         return about_center
@@ -183,12 +207,15 @@ def _parts(inertial: ElementTree.Element) -> dict[str, ElementTree.Element]:
     parts = {part.tag: part for part in inertial}
     for part in inertial:
         if part.tag not in _ATTRIBUTES or part.tag == "inertial":
-            raise ValueError(f"<inertial> has <{part.tag}>; URDF has <origin>, <mass> and <inertia> there")
+            raise ValueError(
+                f"<inertial> has <{schema.shown_name(part.tag)}>; URDF has <origin>, <mass> and <inertia> there"
+            )
         if parts[part.tag] is not part:
             raise ValueError(f"<inertial> has <{part.tag}> more than once; give each element once")
         _refuse_unknown(part)
         if len(part):
-            raise ValueError(f"<{part.tag}> has <{part[0].tag}> inside; URDF has attributes there, no elements")
+            inside = schema.shown_name(part[0].tag)
+            raise ValueError(f"<{part.tag}> has <{inside}> inside; URDF has attributes there, no elements")
     for tag in ("mass", "inertia"):
         if tag not in parts:
             raise ValueError(f"<inertial> has no <{tag}>; it needs <mass> and <inertia>")
@@ -214,6 +241,26 @@ def _number(element: ElementTree.Element, name: str) -> float:
     return _float(text, f"{element.tag} {name}")
 
 
+def _tensor(element: ElementTree.Element) -> Floats:
+    """The tensor [kg m²], shape (3, 3), of ``<inertia>``, or the nearest that a body can have within its digits.
+
+    Exporters print 3 to 6 digits, with which that of a plate or a rod may miss the triangle inequality, or that a rod
+    has a moment about its axis. Each entry is known to half a unit of its last digit; three digits of the largest entry
+    are the coarsest that count, as 1, 1 and 3 are no plate.
+    """
+    matrix = inertia.as_matrix([_number(element, name) for name in _ENTRIES])
+    half_units = np.array([_half_unit(element.attrib[name]) for name in _ENTRIES])
+    coarsest = _THREE_DIGITS * np.abs(matrix).max()
+    return inertia.within_rounding(matrix, inertia.as_matrix(half_units.clip(max=coarsest)))
+
+
+def _half_unit(text: str) -> float:
+    """Half a unit of the last digit that is printed: 0.0005 of 0.250, 5e-7 of -2.5e-5, 0.5 of 3."""
+    digits, e, exponent = text.strip().lower().partition("e")
+    zeros = re.sub(r"\d", "0", digits.lstrip("+-"))
+    return float(f"{zeros}{'' if '.' in zeros else '.'}5{e}{exponent}")
+
+
 def _attitude(origin: ElementTree.Element, version: str) -> Floats:
     """Quaternion, shape (4,), of the tensor's axes in the link's. One of any length is normalised, as by urdfdom.
 
@@ -237,6 +284,8 @@ def _attitude(origin: ElementTree.Element, version: str) -> Floats:
 def _numbers(origin: ElementTree.Element, name: str, count: int) -> tuple[float, ...]:
     """So many numbers from an attribute of ``<origin>``: zeros where there is no such attribute."""
     text = origin.get(name, " ".join(["0"] * count))
+    if _is_xacro(text):  # with spaces or without
+        raise _no_number(text, f"origin {name}")
     if len(text.split()) != count:
         raise ValueError(
             f"origin {name} = {schema.shown(text)} is not {_COUNTS[count]} numbers with spaces between them"
@@ -247,8 +296,12 @@ def _numbers(origin: ElementTree.Element, name: str, count: int) -> tuple[float,
 def _float(text: str, name: str) -> float:
     number = float(text) if _NUMBER.fullmatch(text.strip()) else math.nan
     if not math.isfinite(number):
-        comma = ", with a point and no comma" if "," in text else ""
-        raise ValueError(
-            f"{name} = {schema.shown(text)} is not a finite number; write it in SI units, as in 0.25 or 2.5e-1{comma}"
-        )
+        raise _no_number(text, name)
     return number
+
+
+def _no_number(text: str, name: str) -> ValueError:
+    right = "write it in SI units, as in 0.25 or 2.5e-1" + (", with a point and no comma" if "," in text else "")
+    if _is_xacro(text):
+        right = f"it is xacro; {_EXPAND}"
+    return ValueError(f"{name} = {schema.shown(text)} is not a finite number; {right}")

@@ -139,6 +139,59 @@ def test_dialects_that_other_readers_take_say_the_same(read, text):
     assert_array_equal(found.inertia, expected.inertia)
 
 
+def printed(ixx, iyy, izz, ixy="0", ixz="0", iyz="0"):
+    """A URDF with a tensor of those texts."""
+    entries = f'ixx="{ixx}" iyy="{iyy}" izz="{izz}" ixy="{ixy}" ixz="{ixz}" iyz="{iyz}"'
+    return robot(f'<inertial><mass value="1"/><inertia {entries}/></inertial>')
+
+
+ROUNDED = {  # entries of plates and rods as exporters print them, and the moments that are nearest, in their proportion
+    "plate": (("0.020", "0.083", "0.104"), (0.061 / 3, 0.25 / 3, 0.311 / 3)),
+    "plate with exponents": (("2.0e-2", "+8.3E-2", "10.4e-2"), (0.061 / 3, 0.25 / 3, 0.311 / 3)),
+    "rod along x": (("1e-5", "0.0833", "0.0834"), (1e-5 + 3e-5 / 7, 0.0833 + 3e-4 / 7, 0.0834 - 3e-4 / 7)),
+}
+
+
+@pytest.mark.parametrize(("texts", "moments"), ROUNDED.values(), ids=ROUNDED)
+def test_moments_that_rounding_made_impossible_move_within_their_digits(read, texts, moments):
+    found = read(printed(*texts)).body()
+    assert_allclose(found.inertia, np.diag(moments), rtol=0, atol=1e-16)  # measured 1.4e-17
+    assert max(moments) == pytest.approx(sum(moments) - max(moments), rel=1e-15)
+
+
+def test_rod_at_an_angle_has_a_moment_about_its_axis_of_less_than_a_digit(read):
+    """1 kg, 1 m at 45°: as printed, its smallest moment is 0 to 1e-4; the middle is taken, the rest hardly moves."""
+    found = read(printed("0.0417", "0.0417", "0.0833", ixy="-0.0417")).body()
+    low, middle, high = np.linalg.eigvalsh(found.inertia)
+    assert low == pytest.approx(6.25e-5, rel=1e-9)  # 5e-5, and a quarter of the 5e-5 that then miss the inequality
+    assert high <= (low + middle) * (1 + 1e-15)
+    assert_allclose(
+        found.inertia, inertia.as_matrix((0.0417, 0.0417, 0.0833, -0.0417, 0, 0)), rtol=0, atol=5e-5
+    )  # measured 4.4e-5
+
+
+NO_BODIES = {
+    "integers": ("1", "1", "3"),
+    "one digit": ("0.1", "0.1", "0.3"),
+    "two digits too many": ("0.020", "0.083", "0.106"),
+    "a typo": ("0.02083", "0.08333", "0.14017"),
+}
+
+
+@pytest.mark.parametrize("texts", NO_BODIES.values(), ids=NO_BODIES)
+def test_what_rounding_does_not_explain_is_refused(read, texts):
+    with pytest.raises(
+        ValueError, match=r"breaks the triangle .* the other two, here 0?\.?\d+ kg m²: give more digits"
+    ):
+        read(printed(*texts)).body()
+
+
+@pytest.mark.parametrize("zero", ["0", "0.000", "0e99999999999", "-0.0"])
+def test_moment_printed_as_zero_is_refused(read, zero):
+    with pytest.raises(ValueError, match=r"not positive definite.* give a thin rod its radius"):
+        read(printed(zero, "0.083", "0.083")).body()
+
+
 BOMB = '<!DOCTYPE r [<!ENTITY a "aaaaaaaaaa"><!ENTITY b "&a;&a;&a;&a;">]><robot name="&b;"/>'
 FETCH = '<!DOCTYPE r [<!ENTITY a SYSTEM "file:///etc/hostname">]><robot>&a;</robot>'
 BAD = {  # text, link, and what the message must say
@@ -151,11 +204,12 @@ BAD = {  # text, link, and what the message must say
     "undeclared entity below a DOCTYPE": ('<!DOCTYPE robot><robot name="&a;"/>', "", "is not XML: undefined entity"),
     "not XML": ("solid cube", "", "is not XML: syntax error"),
     "empty": ("", "", "is not XML"),
+    "dollars": (robot(INERTIAL.replace("2.5", "$5")), "", r"mass value = '\$5' is not a finite number; write it in SI"),
     "world": ("<sdf/>", "", "begins with <sdf>; a URDF begins with <robot>"),
     "no links": ("<robot/>", "", r"has 0 links with <inertial> and a mass .*; a body is one$"),
     "two links": (robot(INERTIAL, INERTIAL), "", r"2 links with <.*one: a, b \(parameter body\.urdf_link\)$"),
-    "link in a group": ('<robot><g><link name="a"/></g></robot>', "", "; a <link> inside <g> is none, as URDF has links di"),
-    "named link there": ('<robot><g><link name="a"/></g></robot>', "a", "no link 'a'; its links are none; a <link> inside"),
+    "link in a group": ('<robot><g><link name="a"/></g></robot>', "", "a <link> inside <g> is none; URDF has links"),
+    "named link there": ('<robot><g><link name="a"/></g></robot>', "a", "no link .a.; its links are none; a <link>"),
     "mass of 0": (robot(INERTIAL.replace("2.5", "0.0")), "", "has 0 links with <inertial> and a mass greater"),
     "named mass of 0": (robot(INERTIAL.replace("2.5", "0")), "a", "link 'a': mass 0 kg is not a finite number greater"),
     "unknown link": (robot(INERTIAL), "wing", "has no link 'wing'; its links are a"),
@@ -164,7 +218,6 @@ BAD = {  # text, link, and what the message must say
     "no inertia": (robot('<inertial><mass value="1"/></inertial>'), "", "has no <inertia>; it needs"),
     "no entry": (robot(INERTIAL.replace('iyy="0.4"', "")), "", "<inertia> has no attribute iyy"),
     "no value": (robot(INERTIAL.replace('value="2.5"', "")), "", "<mass> has no attribute value"),
-    "xacro": (robot(INERTIAL.replace("2.5", "${m}")), "", r"mass value = '\$\{m\}' is not a finite number"),
     "not a number": (robot(INERTIAL.replace("0.3\" ixy", "nan\" ixy")), "", "inertia ixx = 'nan' is not a finite"),
     "comma": (robot(INERTIAL.replace("2.5", "2,5")), "", "mass value = '2,5' is not .*, with a point and no comma"),
     "commas": (robot(INERTIAL.replace("0.1 -0.2 0.3", "0.1, -0.2, 0.3")), "", "'0.1,' is not a finite .* no comma"),
@@ -250,6 +303,48 @@ BAD_QUATERNIONS = {  # the attribute, that of the version, and what the message 
 def test_quaternion_or_version_that_cannot_be_honoured_is_refused(read, attribute, version, message):
     with pytest.raises(ValueError, match=message):
         read(quaternion(attribute, version))
+
+
+XACRO = '<robot xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:property name="m" value="2"/><xacro:leg/></robot>'
+UNEXPANDED = {  # a xacro file, and how its message begins
+    "macros": (XACRO, "has <xacro:property>, so it is xacro and no URDF yet"),
+    "namespace of another name": (
+        XACRO.replace("xacro:", "x:").replace(":xacro", ":x"),
+        "has <x:property>, so it is.*",
+    ),
+    "namespace not declared": (TEXT.replace("<mass", "<xacro:insert/><mass"), "has <xacro:insert>, so it is xacro.*"),
+    "name of a link": (TEXT.replace('"a"', '"${side}_leg"'), r"has a link '\$\{side\}_leg', so it is xacro.*"),
+    "mass": (TEXT.replace("2.5", "${m}"), r"link 'a': mass value = '\$\{m\}' is not a finite number; it is xacro"),
+    "moment": (
+        TEXT.replace('"0.3"', '"${m * r**2}"'),
+        "link 'a': inertia ixx = .* is not a finite number; it is xacro",
+    ),
+    "coordinates": (TEXT.replace("0.1 -0.2 0.3", "${a / 2} 0 $(arg z)"), "origin xyz = .* number; it is xacro"),
+    "angles": (TEXT.replace("0.4 -0.5 0.6", "0 0 ${pi/2}"), "link 'a': origin rpy = '0 0 .* number; it is xacro"),
+}
+
+
+@pytest.mark.parametrize(("text", "message"), UNEXPANDED.values(), ids=UNEXPANDED)
+def test_xacro_is_refused_with_the_command_that_expands_it(read, text, message):
+    with pytest.raises(ValueError, match=f"{message}; expand it first: xacro in.urdf.xacro > out.urdf$"):
+        read(text)
+
+
+def test_file_that_is_called_xacro_is_taken_when_it_is_a_urdf(tmp_path):
+    path = tmp_path / "robot.urdf.xacro"
+    path.write_text(TEXT, encoding="utf-8")
+    assert urdf.read(path).mass == 2.5
+    path.write_text("<robot/>", encoding="utf-8")
+    with pytest.raises(ValueError, match=r"has 0 links .*; expand it first: xacro in.urdf.xacro > out.urdf$"):
+        urdf.read(path)
+
+
+@pytest.mark.parametrize("text", ["<{}/>", "<robot><link><inertial><{}/></inertial></link></robot>",
+                                  '<?xml version="1.0" encoding="{}"?><robot name="é"/>'])  # fmt: skip
+def test_long_names_are_not_repeated_whole(read, text):
+    with pytest.raises(ValueError, match=r"file .*") as caught:
+        read(text.format(10_000 * "n").encode("latin-1"))
+    assert len(str(caught.value)) < 2000
 
 
 def test_deep_nesting_does_no_harm(read):
