@@ -1,6 +1,7 @@
 """What the command lines of all programs have in common: --help, --version, and one sentence for what is wrong."""
 
 import argparse
+import os
 from collections.abc import Sequence
 from typing import Any, NoReturn
 
@@ -16,6 +17,18 @@ class Parser(argparse.ArgumentParser):
         super().__init__(prog=prog, description=description, allow_abbrev=False, **others)
         self._wrong = wrong
         self.add_argument("--version", action="version", version=f"{prog} {__version__}")
+
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
+        """As the base class does; ends the program where the working directory is gone, without which much else fails.
+
+        ``parse_args`` calls this.
+        """
+        options = super().parse_known_args(args, namespace)
+        try:
+            os.getcwd()
+        except OSError as reason:
+            self.exit(1, f"{self.prog}: there is no working directory ({reason.strerror}); change to one that is there\n")
+        return options
 
     def error(self, message: str) -> NoReturn:
         """End the program with one sentence on stderr."""

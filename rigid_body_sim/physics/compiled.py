@@ -18,7 +18,7 @@ from .arrays import Floats, Vector
 
 try:
     import numba
-except ImportError:
+except (ImportError, OSError):  # OSError of coverage, which numba imports, where the working directory is gone
     numba = None
 
 _Kernel = TypeVar("_Kernel", bound=Callable[..., Any])  # decorated, it keeps its signature

@@ -81,7 +81,7 @@ class RigidBodyNode(Node):
         """Raise ValueError for a clock that no stamp can tell."""
         if (now_ns := self._epoch_ns()) > messages.LATEST_STAMP_NS:
             raise ValueError(
-                f"the clock says {now_ns / NANOSECONDS:.0f} s since 1970, and stamps of ROS end at 2^31 s, in January 2038; "
+                f"the clock says {now_ns / NANOSECONDS:.0f} s since 1970, and stamps of ROS end at 2^31 s, in 2038; "
                 "set the clock, or begin at zero with lockstep or outputs: [clock]"
             )
 

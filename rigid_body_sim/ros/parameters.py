@@ -12,6 +12,7 @@ from ..scene import schema
 from ..scene.loader import Scene
 
 _QOS = "qos_overrides."
+DEEPEST = 1_000_000  # messages in a queue: more would fill the memory before it is full
 _QOS_CHOICES = {
     "durability": ("system_default", "transient_local", "volatile"),
     "history": ("system_default", "keep_last", "keep_all"),
@@ -151,9 +152,9 @@ def of_ros(given: Mapping[str, Any]) -> list[Parameter]:
 
 def _check_qos(name: str, value: Any) -> None:
     policy = name.rpartition(".")[2]
-    if policy == "depth" and (isinstance(value, bool) or not isinstance(value, int) or value < 1):
+    if policy == "depth" and (isinstance(value, bool) or not isinstance(value, int) or not 1 <= value <= DEEPEST):
         raise ValueError(
-            f"parameter {name} = {schema.shown(value)}: is not a whole number of at least 1; give one such as 10"
+            f"parameter {name} = {schema.shown(value)}: is not a whole number from 1 to {DEEPEST}; give one such as 10"
         )
     choices = _QOS_CHOICES.get(policy)
     if choices is not None and value not in choices:
