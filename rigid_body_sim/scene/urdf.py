@@ -17,11 +17,12 @@ from . import schema
 
 MOST_BYTES = 100_000_000  # of a file: large robots have some millions
 _ENTRIES = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
+_BELOW = {"iyx": "ixy", "izx": "ixz", "izy": "iyz"}  # some exporters write the lower half of the matrix, too
 _ATTRIBUTES = {  # what URDF has under <inertial>, the only thing that is read
     "inertial": (),
     "origin": ("xyz", "rpy", "quat_xyzw"),
     "mass": ("value",),
-    "inertia": _ENTRIES,
+    "inertia": (*_ENTRIES, *_BELOW),
 }
 # What Python would read besides, such as 1_000, inf and digits of other scripts, is a mistake.
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
@@ -249,6 +250,12 @@ def _tensor(element: ElementTree.Element) -> Floats:
     are the coarsest that count, as 1, 1 and 3 are no plate.
     """
     matrix = inertia.as_matrix([_number(element, name) for name in _ENTRIES])
+    for below, above in _BELOW.items():
+        if below in element.attrib and _number(element, below) != _number(element, above):
+            raise ValueError(
+                f"inertia {below} = {schema.shown(element.attrib[below])} is not {above}, "
+                f"{schema.shown(element.attrib[above])}; the matrix is symmetric, give {above} alone"
+            )
     half_units = np.array([_half_unit(element.attrib[name]) for name in _ENTRIES])
     coarsest = _THREE_DIGITS * np.abs(matrix).max()
     return inertia.within_rounding(matrix, inertia.as_matrix(half_units.clip(max=coarsest)))

@@ -125,6 +125,7 @@ DIALECTS = {  # files that say what TEXT says
     "UTF-8 that declares UTF-16": TEXT.replace("1.0", '1.0" encoding="UTF-16').encode(),
     "newlines": TEXT.replace(" -0.2 ", "\n\t -0.2&#10;").replace('="2.5"', '\n =\n " 2.5 "'),
     "other numbers": TEXT.replace("2.5", "+25.E-1").replace('"0.3"', '"3e-1"').replace('"0.4"', '".4"'),
+    "whole matrix": TEXT.replace("<inertia ", '<inertia iyx="1e-2" izx="-0.020" izy="0.03" '),
     "link of no mass": TEXT.replace(
         "<link", '<link name="w"><inertial><mass value="0"/><inertia/></inertial></link><link'
     ),
@@ -248,11 +249,8 @@ UNKNOWN = {  # what is replaced in INERTIAL, by what, and what the message must 
     ),
     "capitals": ("xyz=", "XYZ=", "<origin> has an attribute 'XYZ'"),
     "other quaternion": ("rpy=", "quat=", "<origin> has an attribute 'quat'"),
-    "entry below": (
-        "<inertia ",
-        '<inertia iyx="0.01" ',
-        "<inertia> has an attribute 'iyx'; URDF has attributes ixx, iyy",
-    ),
+    "other entry below": ("<inertia ", '<inertia iyx="0.02" ', "inertia iyx = '0.02' is not ixy, '0.01'; the matr"),
+    "misspelt entry": ("<inertia ", '<inertia iXY="0.01" ', "<inertia> has an attribute 'iXY'; URDF has attributes"),
     "attribute of inertial": (
         "<inertial",
         '<inertial mass="1"',
