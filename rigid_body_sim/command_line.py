@@ -27,7 +27,9 @@ class Parser(argparse.ArgumentParser):
         try:
             os.getcwd()
         except OSError as reason:
-            self.exit(1, f"{self.prog}: there is no working directory ({reason.strerror}); change to one that is there\n")
+            self.exit(
+                1, f"{self.prog}: there is no working directory ({reason.strerror}); change to one that is there\n"
+            )
         return options
 
     def error(self, message: str) -> NoReturn:

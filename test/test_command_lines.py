@@ -14,7 +14,8 @@ from rigid_body_sim import __version__
 ROOT = Path(__file__).parents[1]
 WRONG = {"rigid_body_resim": 1}  # there 2 means that the motion differs; of all others it is the status
 # What takes long, or joins a network, or may not be there: to answer needs none of it.
-PRELUDE = "import sys\nfor name in ('rclpy', 'numba', 'matplotlib', 'rosbags', 'tqdm'): sys.modules[name] = None\n"
+IMPORTS = "import os, sys\n"
+PRELUDE = IMPORTS + "for name in ('rclpy', 'numba', 'matplotlib', 'rosbags', 'tqdm'): sys.modules[name] = None\n"
 
 
 def programs():
@@ -36,11 +37,11 @@ BENCHMARKS = [
 over_all = pytest.mark.parametrize(("name", "module", "function"), PROGRAMS, ids=[name for name, *_ in PROGRAMS])
 
 
-def run(code, *arguments, cwd=None):
+def run(code, *arguments, cwd=None, prelude=PRELUDE):
     """(exit status, stdout, stderr) of a Python that runs a text with arguments."""
     path = os.pathsep.join(filter(None, [str(ROOT), os.environ.get("PYTHONPATH")]))
     ended = subprocess.run(
-        [sys.executable, "-c", PRELUDE + code, *arguments],
+        [sys.executable, "-c", prelude + code, *arguments],
         capture_output=True,
         text=True,
         timeout=60,
@@ -81,6 +82,15 @@ def test_what_is_not_known_is_refused(tmp_path, name, module, function):
     assert (status, out) == (WRONG.get(name, 2), "")
     assert err.count("\n") == 1 and err.startswith(f"{name}: ") and err.endswith("; --help tells what can be given\n")
     assert not any(tmp_path.iterdir())
+
+
+@over_all
+def test_a_working_directory_that_is_gone_is_told_in_one_sentence(tmp_path, name, module, function):
+    gone = IMPORTS + "os.rmdir(os.getcwd())\n"
+    arguments = ["a_bag"] if name == "rigid_body_resim" else []
+    status, out, err = run(script(module, function), *arguments, cwd=tmp_path, prelude=gone)
+    assert (status, out, err.count("\n")) == (1, "", 1)
+    assert err.startswith(f"{name}: there is no working directory (") and err.endswith("change to one that is there\n")
 
 
 @pytest.mark.parametrize("name", ["rigid_body_node", "pointing_controller"])

@@ -28,9 +28,10 @@ def resolve(
     """Those of body.mass, body.inertia and body.center_of_mass that follow from another parameter.
 
     ``values`` are all parameters, checked; ``given`` those that the user gave; ``folder`` is where the paths of files
-    begin. What is in ``files`` is not read again, and what is read is added: a file changes no body that is there. A parameter that follows may be given too when it says the same to the last bit, so that what a node holds
-    can be given to another one. Raises ValueError when two parameters contradict each other, one lacks another, or a
-    shape or file is bad.
+    begin. What is in ``files`` is not read again, and what is read is added: a file changes no body that is there.
+    A parameter that follows may be given too when it says the same to the last bit, so that what a node holds can be
+    given to another one. Raises ValueError when two parameters contradict each other, one lacks another, or a shape or
+    file is bad.
     """
     sources = [name for name in _SOURCES if values[name]]
     if len(sources) > 1:

@@ -1,11 +1,14 @@
 """What a user sees for a bad parameter: exit status 1 and one sentence on stderr that names the parameter."""
 
+from types import SimpleNamespace
+
 import pytest
 import yaml
 
 from . import many_nodes
 
 pytest.importorskip("rclpy")
+parameters = pytest.importorskip("rigid_body_sim.ros.parameters")
 pytestmark = pytest.mark.ros
 
 # Parameters, and what the sentence must say after "rigid_body_node: ".
@@ -164,3 +167,11 @@ def test_node_takes_its_section_and_the_command_line_over_it(run_node, tmp_path)
     assert f"{file} has nothing for this node, /a/rigid_body_node: it has parameters for {found}" in lost.stderr
     for node in (own, lost, bare):
         node.assert_stopped_cleanly()
+
+
+@pytest.mark.parametrize("depth", [0, -1, 1_000_001, 10**12, 10**20, 1.5, True, "many"])
+def test_queue_that_none_can_have_is_refused(depth):
+    """rclpy raises OverflowError for some of them, and takes others, which then fill the memory."""
+    node = SimpleNamespace(_parameter_overrides={"qos_overrides./pose.publisher.depth": SimpleNamespace(value=depth)})
+    with pytest.raises(ValueError, match=r"/pose\.publisher\.depth = .* from 1 to 1000000; give one such as 10"):
+        parameters.all_given(node, {})
