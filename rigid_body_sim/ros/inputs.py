@@ -16,6 +16,7 @@ from ..scene.loader import Scene
 from ..scene.schema import shown
 from ..simulation import IntegratorError
 from . import messages
+from .frame_turns import FrameTurns
 from .loop import Loop
 from .messages import RefusedError
 from .wrench_reader import WrenchReader
@@ -95,17 +96,20 @@ class Inputs:
 
     def _wrench_callback(self, topic: str) -> Callable[[bytes], None]:
         """What to do with a command on ``topic``; in lockstep, one on the first topic advances the simulation."""
-        leads = topic == self._topics[0]
+        leads, reader = topic == self._topics[0], self._wrench_reader
+        turns = FrameTurns(self._scene, topic, self._log.warning)
 
         def on_wrench(data: bytes) -> None:
-            wrench = self._wrench_reader.read(data)
+            wrench = reader.read(data)
             try:
                 self._simulation.set_wrench(wrench, self._hold, topic)
             except IntegratorError as reason:
                 raise RefusedError(messages.NOT_FOR_INTEGRATOR, str(reason)) from None
             except ValueError as reason:  # its sum with what other sources hold
                 raise RefusedError(messages.NOT_FINITE, str(reason)) from None
-            self._steps[topic] = self._simulation.steps
+            steps = self._simulation.steps
+            turns.note(reader.frame, steps - self._steps.get(topic, -math.inf))
+            self._steps[topic] = steps
             if leads:
                 self._loop.on_command()
 

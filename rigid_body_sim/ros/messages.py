@@ -23,6 +23,11 @@ STOPPED = "stopped"
 REFUSALS = (NOT_FINITE, UNKNOWN_FRAME, NOT_FOR_INTEGRATOR, NOT_A_ROTATION, MALFORMED, STOPPED)
 
 
+def type_name(kind: type) -> str:
+    """The name of a message's type as ROS writes it, ``geometry_msgs/msg/Wrench``."""
+    return f"{kind.__module__.split('.')[0]}/msg/{kind.__name__}"
+
+
 def stamp(header: Header, time_ns: int) -> None:
     """Write a time [ns] into a header, or the latest one that it holds."""
     header.stamp.sec, header.stamp.nanosec = divmod(min(time_ns, LATEST_STAMP_NS), NANOSECONDS)

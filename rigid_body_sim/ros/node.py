@@ -15,6 +15,7 @@ from . import diagnostics, messages, parameters, realtime, recording, services, 
 from .executor import IdleTime, executor_for
 from .inputs import Inputs
 from .loop import Loop
+from .neighbours import Neighbours
 from .outputs import Outputs
 from .pacing import NANOSECONDS
 from .program import StopRequest
@@ -46,6 +47,7 @@ class RigidBodyNode(Node):
         standard_services.create(self, self.scene, self.loop, self.reset, self._quit)
         parameters.refuse_undeclared(self)
         self._changes = parameters.Changes(self, self.scene, self._take)
+        self._neighbours = Neighbours(self, self.scene, self.loop, self._inputs.inputs, self._outputs.channels)
         # After all that may refuse to start, so that no bag is left behind.
         self._recorder = recording.start(self, self.scene, self.loop, [*self._outputs.channels, *self._inputs.inputs])
         self._told_of_recording: set[str] = set()
@@ -53,7 +55,6 @@ class RigidBodyNode(Node):
         self._last_reading = self._reading()
         self._plans_told: set[str] = set()
         self._stop: StopRequest | None = None
-        self._namesakes = 0
 
     def destroy_node(self) -> None:
         """Close the bag, and leave the network."""
@@ -154,17 +155,6 @@ class RigidBodyNode(Node):
             self._plans_told.add(self.simulation.integrator.name)
             self.get_logger().info(f"plan: {self.simulation.plan}")
 
-    def _tell_namesakes(self) -> None:
-        """Log it when a node of the same name appears: both get the same commands, and mix what they publish."""
-        own = self.get_name(), self.get_namespace()
-        others = self.get_node_names_and_namespaces().count(own) - 1
-        if others > self._namesakes:
-            self.get_logger().warning(
-                f"another node has the name {self.get_fully_qualified_name()}: it takes the same commands and "
-                "publishes on the same topics; give each a name or a namespace of its own (-r __ns:=/second)"
-            )
-        self._namesakes = others
-
     def _reading(self) -> diagnostics.Reading:
         pacer, inputs = self.loop.pacer, self._inputs
         return diagnostics.Reading(
@@ -199,6 +189,6 @@ class RigidBodyNode(Node):
         self._diagnostics_publisher.publish(report)
         self._tell_plan()
         self._tell_of_recording()
-        self._tell_namesakes()
+        self._neighbours.look()
         self._last_reading = reading
         self._report_due_ns = now_ns + NANOSECONDS

@@ -15,6 +15,7 @@ from ..bags.writing import Topic
 from ..scene.loader import Scene
 from ..simulation import Simulation
 from .loop import Loop
+from .messages import type_name
 
 # s. So long may the thread that writes hold the interpreter when the loop wants it; usual are 5 ms, 50 steps.
 SWITCH_INTERVAL = 1e-4
@@ -74,10 +75,10 @@ def _chosen(node: Node, names: Sequence[str], ends: Sequence[Recordable]) -> lis
 
 
 def _topic(end: Any) -> Topic:
-    kind, qos = end.msg_type, end.qos_profile
+    qos = end.qos_profile
     return Topic(
         end.topic_name,
-        f"{kind.__module__.split('.')[0]}/msg/{kind.__name__}",
+        type_name(end.msg_type),
         qos.depth,
         qos.reliability.name.lower(),
         qos.durability.name.lower(),

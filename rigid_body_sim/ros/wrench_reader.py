@@ -18,6 +18,7 @@ class WrenchReader:
 
     def __init__(self, scene: Scene, what: str = "wrench", limit: commands.Limit = commands.unlimited):
         self._scene, self._what, self._limit = scene, what, limit
+        self.frame = b""  # of the latest command, as bytes that end with a NUL
         self._meanings: dict[bytes, commands.Meaning] = {}  # by the bytes of a known frame: a few, whatever is sent
 
     def read(self, data: bytes) -> Wrench:
@@ -35,8 +36,10 @@ class WrenchReader:
             except UnicodeDecodeError:
                 return self._read_slowly(data)
             meaning = self._meanings[frame] = commands.meaning(frame_id, self._scene, self._what)
+        self.frame = frame
         return commands.make_wrench(meaning, numbers[:3], numbers[3:], self._what, self._limit)
 
     def _read_slowly(self, data: bytes) -> Wrench:
         message = messages.deserialised(data, WrenchStamped, self._what)
+        self.frame = message.header.frame_id.encode() + b"\x00"
         return messages.read_wrench(message, self._scene, self._what, self._limit)

@@ -9,6 +9,37 @@ from numpy.typing import ArrayLike
 from ..physics import inertia as inertia_module
 from ..physics import rotation
 from ..physics.arrays import Floats
+from ..scene import schema
+from ..scene.schema import Parameter
+
+# The inertia is that of config/satellite.yaml.
+PARAMETERS = (
+    *schema.attitude("target", "the attitude to hold, body to world"),
+    Parameter(
+        "inertia",
+        tuple,
+        (0.143956, 0.185168, 0.061212, 0.0, 0.0, 0.0),
+        "ixx, iyy, izz, ixy, ixz, iyz, body axes.",
+        "kg m²",
+    ),
+    Parameter("natural_frequency", float, 1.5, "Of the closed loop for small angles.", "rad/s", above=0.0),
+    Parameter("damping_ratio", float, 1.0, "Of the closed loop for small angles; 1 = no overshoot.", above=0.0),
+    Parameter(
+        "max_torque",
+        float,
+        0.05,
+        "Longest torque vector commanded; a longer one is shortened and keeps its direction.",
+        "N m",
+        above=0.0,
+    ),
+    Parameter(
+        "frame_id",
+        str,
+        "",
+        "Body frame for the commands' headers; empty = the one that twist is expressed in.",
+        optional=True,
+    ),
+)
 
 
 @dataclass(frozen=True)

@@ -2,19 +2,21 @@
 
 import re
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from functools import partial
 from pathlib import Path
 
 from .. import integrators
 from ..command_line import Parser
 from ..physics.shapes import SHAPES
 from ..scene import schema
+from . import control
 
 
-def parameters_table() -> str:
-    """Markdown table of all parameters, in the schema's order."""
+def parameters_table(table: Iterable[schema.Parameter] = schema.TABLE) -> str:
+    """Markdown table of parameters, by default of all that the schema has for the node, in their order."""
     lines = ["| name | type | default | unit | dynamic | allowed | meaning |", "|---|---|---|---|---|---|---|"]
-    for p in schema.TABLE:
+    for p in table:
         shown = "must be given" if p.required else f"`{_shown(p.default)}`"
         dynamic = "yes" if p.dynamic else ""
         rule = integrators.RULE if p.name == "integrator.name" else p.rule
@@ -50,11 +52,12 @@ def integrators_table() -> str:
     return "\n".join(lines)
 
 
-TABLES = {
-    "interface.md": ("parameters", parameters_table),
-    "conventions.md": ("shapes", shapes_table),
-    "choosing_an_integrator.md": ("integrators", integrators_table),
-}
+TABLES = (  # page, name of the table in it, and what makes it
+    ("interface.md", "parameters", parameters_table),
+    ("interface.md", "controller", partial(parameters_table, control.PARAMETERS)),
+    ("conventions.md", "shapes", shapes_table),
+    ("choosing_an_integrator.md", "integrators", integrators_table),
+)
 
 
 def with_table(page: str, name: str, table: str) -> str:
@@ -68,7 +71,7 @@ def main(args: Sequence[str] | None = None) -> int:
     parser = Parser("doc_tables", "Writes the tables that follow from the code into the pages of the documentation.")
     parser.add_argument("folder", type=Path, nargs="?", default=Path("docs"), help="of the pages (default %(default)s)")
     folder = parser.parse_args(args).folder
-    for file, (name, table) in TABLES.items():
+    for file, name, table in TABLES:
         page = folder / file
         page.write_text(with_table(page.read_text(encoding="utf-8"), name, table()), encoding="utf-8")
     return 0

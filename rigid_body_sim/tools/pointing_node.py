@@ -1,5 +1,6 @@
 """ROS side of the pointing controller: ``pose`` and ``twist`` in, ``wrench`` out. It knows nothing but topics."""
 
+import time
 from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Any
@@ -8,46 +9,20 @@ import numpy as np
 from geometry_msgs.msg import PoseStamped, TwistStamped, WrenchStamped
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from rclpy.subscription import Subscription
 
 from ..physics import rotation
 from ..ros import parameters
 from ..ros.executor import executor_for
 from ..ros.program import StopRequest
-from ..scene import attitude, schema
-from ..scene.schema import Parameter
-from .control import PointingLaw, pointing_law
+from ..scene import attitude
+from .control import PARAMETERS, PointingLaw, pointing_law
 
 QUEUE = 10
+LOOK_EVERY_NS = 500_000_000  # between two looks at who publishes the state
 WARN_EVERY = 5.0  # s between two warnings of the same kind
 
-# The inertia is that of config/satellite.yaml.
-PARAMETERS = (
-    *schema.attitude("target", "the attitude to hold, body to world"),
-    Parameter(
-        "inertia",
-        tuple,
-        (0.143956, 0.185168, 0.061212, 0.0, 0.0, 0.0),
-        "ixx, iyy, izz, ixy, ixz, iyz, body axes.",
-        "kg m²",
-    ),
-    Parameter("natural_frequency", float, 1.5, "Of the closed loop for small angles.", "rad/s", above=0.0),
-    Parameter("damping_ratio", float, 1.0, "Of the closed loop for small angles; 1 = no overshoot.", above=0.0),
-    Parameter(
-        "max_torque",
-        float,
-        0.05,
-        "Longest torque vector commanded; a longer one is shortened and keeps its direction.",
-        "N m",
-        above=0.0,
-    ),
-    Parameter(
-        "frame_id",
-        str,
-        "",
-        "Body frame for the commands' headers; empty = the one that twist is expressed in.",
-        optional=True,
-    ),
-)
 TABLE = {parameter.name: parameter for parameter in PARAMETERS}
 
 
@@ -69,9 +44,29 @@ class PointingController(Node):
         parameters.refuse_undeclared(self)
         self._refusals = parameters.Refusals(self, TABLE)
         self._waiting: dict[tuple[type, int], PoseStamped | TwistStamped] = {}
+        self._unheard: tuple[PoseStamped, TwistStamped] | None = None
         self._publisher = self.create_publisher(WrenchStamped, "wrench", QUEUE)
-        self.create_subscription(PoseStamped, "pose", self._on_message, QUEUE)
-        self.create_subscription(TwistStamped, "twist", self._on_message, QUEUE)
+        self._subscriptions_of_state: list[Subscription] = []
+        self._subscribe(DurabilityPolicy.VOLATILE)
+
+    def _subscribe(self, durability: DurabilityPolicy) -> None:
+        for old in self._subscriptions_of_state:
+            self.destroy_subscription(old)
+        self._durability = durability
+        kept = durability == DurabilityPolicy.TRANSIENT_LOCAL
+        profile = QoSProfile(depth=1 if kept else QUEUE, durability=durability)
+        self._subscriptions_of_state = [
+            self.create_subscription(kind, topic, self._on_message, profile)
+            for kind, topic in ((PoseStamped, "pose"), (TwistStamped, "twist"))
+        ]
+
+    def _follow_publishers(self) -> None:
+        """Ask for the state that is kept, where it is: in lockstep time stands still until somebody has answered it."""
+        ends = self.get_publishers_info_by_topic("pose")
+        kept = {end.qos_profile.durability for end in ends} == {DurabilityPolicy.TRANSIENT_LOCAL}
+        wanted = DurabilityPolicy.TRANSIENT_LOCAL if kept else DurabilityPolicy.VOLATILE
+        if ends and wanted != self._durability:
+            self._subscribe(wanted)
 
     def _on_message(self, message: PoseStamped | TwistStamped) -> None:
         """Wait for the other half: pose and twist of a step come one after the other, in either order."""
@@ -82,7 +77,14 @@ class PointingController(Node):
             if len(self._waiting) > QUEUE:  # a partner that got lost; dicts remember their order
                 del self._waiting[next(iter(self._waiting))]
             return
-        pose, twist = (message, partner) if other is TwistStamped else (partner, message)
+        self._reply(*((message, partner) if other is TwistStamped else (partner, message)))
+
+    def _reply(self, pose: PoseStamped, twist: TwistStamped) -> None:
+        """Publish the answer; where nobody would hear it yet, keep the question until somebody does."""
+        if not self._publisher.get_subscription_count():
+            self._unheard = pose, twist
+            return
+        self._unheard = None
         try:
             self._publisher.publish(self.answer(pose, twist))
         except ValueError as reason:
@@ -110,5 +112,11 @@ class PointingController(Node):
         """Answer until ``stop.requested``."""
         executor = executor_for(self)
         self.get_logger().info(f"ready: target {self.law.target.tolist()}, at most {self.law.max_torque:g} N m")
+        look_ns = 0
         while not stop.requested:
             executor.spin_once(timeout_sec=0.1)
+            if (now_ns := time.monotonic_ns()) >= look_ns:
+                look_ns = now_ns + LOOK_EVERY_NS
+                self._follow_publishers()
+            if self._unheard is not None:
+                self._reply(*self._unheard)

@@ -8,6 +8,7 @@ import pytest
 from numpy.testing import assert_array_equal
 
 from rigid_body_sim import Scene, Simulation, Wrench
+from rigid_body_sim.tools.control import pointing_law
 
 from .remote import stamp_ns
 
@@ -153,3 +154,75 @@ def test_who_joins_late_gets_the_present_state(nodes):
     late = remote.listen_late(PoseStamped, "pose")
     latest = stamp_ns(remote.poses[-1])
     remote.wait(lambda: late and stamp_ns(late[-1]) == latest, "the latest pose")
+
+
+# With the controller of this package ----------------------------------------------------------------------------------
+
+CONTROLLER = "rigid_body_sim.tools.pointing_controller"
+SATELLITE = {
+    "rate": 100.0,
+    "publish_rate": 0.0,
+    "lockstep": True,
+    "body": {"mass": 12.0, "inertia": [0.143956, 0.185168, 0.061212, 0.0, 0.0, 0.0]},
+    "initial": {"orientation": {"w": 0.5, "x": 0.5, "y": 0.5, "z": 0.5}, "angular_velocity": [0.1, -0.07, 0.09]},
+}
+
+
+def pointed(steps):
+    """Attitudes (w, x, y, z) of the satellite, answered at every step, without ROS."""
+    simulation = Simulation.from_scene(Scene(SATELLITE))
+    law = pointing_law((1.0, 0.0, 0.0, 0.0), SATELLITE["body"]["inertia"], 1.5, 1.0, 0.05)
+    for _ in range(steps + 1):
+        yield simulation.pose[3:7]
+        torque = law.torque(simulation.pose[3:7], simulation.motion[16:19]).tolist()
+        simulation.set_wrench(Wrench(force_body=(0.0, 0.0, 0.0), torque_body=torque), 0.5)
+        simulation.step()
+
+
+@pytest.mark.parametrize("first", ["node", "controller"])
+def test_controller_and_node_wait_for_each_other_no_longer(run_node, first):
+    """Whichever starts first, also after a kill of the controller; the motion is that without ROS, to the bit."""
+    from .remote import Remote
+
+    namespace = f"/{first}_first"
+    arguments = ["-r", f"__ns:={namespace}"]
+    start = {
+        "node": lambda: run_node(SATELLITE, arguments=arguments),  # no long queues: of what is kept the latest alone
+        "controller": lambda: run_node(None, module=CONTROLLER, arguments=arguments),
+    }
+    made = {first: start.pop(first)()}
+    made[first].wait_ready()
+    made |= {name: begin() for name, begin in start.items()}
+    remote = Remote(made["node"], namespace)
+    try:
+        remote.wait(lambda: len(remote.poses) > 300, "300 steps")
+        made["controller"].kill()
+        remote.drain()
+        stopped_at = stamp_ns(remote.poses[-1])
+        again = run_node(None, module=CONTROLLER, arguments=arguments)
+        remote.wait(lambda: stamp_ns(remote.poses[-1]) > stopped_at + 10**9, "100 more steps")
+        again.assert_stopped_cleanly()
+        remote.drain()
+        got = {round(stamp_ns(m) / 1e7): m.pose.orientation for m in remote.poses}
+        expected = list(pointed(max(got)))
+        assert all((q.w, q.x, q.y, q.z) == expected[k] for k, q in got.items())
+        made["node"].assert_stopped_cleanly()
+    finally:
+        remote.close()
+
+
+def test_what_lockstep_waits_for_is_told(connect):
+    """There is somebody on both sides, and neither says a word: told once a wait, after 5 s."""
+    remote = connect(SATELLITE).ready()
+    topic = remote.name.replace("rigid_body_node", "wrench")
+    text = f"waiting for a command: in lockstep each message on {topic} advances the time"
+
+    def told():
+        return (remote.process.stdout + remote.process.stderr).count(text)
+
+    remote.wait(told, "the warning")
+    remote.send("base_link")
+    remote.wait(lambda: told() == 2, "the next one")
+    reports = len(remote.reports)
+    remote.wait(lambda: len(remote.reports) > reports + 1, "two more reports")
+    assert told() == 2

@@ -1,9 +1,11 @@
 """Wrenches from several topics, and limits: sums and ends to the step, lengths to the last bits."""
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
+import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -178,3 +180,30 @@ def test_length_of_what_is_scaled_down_is_the_limit_to_round_off(vector, most):
     assert math.hypot(*limited) == pytest.approx(most, rel=1e-15)  # measured 2.2e-16
     one, other = (np.array([c / max(map(abs, v)) for c in v]) for v in (vector, limited))
     assert one == pytest.approx(other, rel=1e-15, abs=1e-15)  # measured 1.4e-16
+
+
+# A quadrotor ----------------------------------------------------------------------------------------------------------
+
+QUADROTOR = Path(__file__).parents[2] / "config" / "quadrotor.yaml"
+ROTORS = ("rotor_front", "rotor_left", "rotor_back", "rotor_right")
+
+
+def test_four_rotors_have_a_topic_each_and_on_one_topic_they_are_warned_about(connect):
+    """Hover thrust on all four keeps it where it is. In turn on one topic each replaces the one before."""
+    (section,) = yaml.safe_load(QUADROTOR.read_text()).values()
+    remote = connect({**section["ros__parameters"], "wrench.timeout": 0.0, "start_paused": True}).ready()
+    thrust = (0.0, 0.0, 0.716 * 9.80665 / 4.0)
+    for rotor in ROTORS:
+        remote.send(rotor, force=thrust, topic=rotor)
+    remote.wait_report(lambda _, values: all(values[f"{r} age [s]"] != "none yet" for r in ROTORS), "four commands")
+    for _ in range(20):
+        assert remote.call("step").success
+    remote.wait(lambda: remote.poses[-1].header.stamp != remote.poses[0].header.stamp, "a step's pose")
+    assert remote.poses[-1].pose.position.z == pytest.approx(2.0, abs=1e-14)  # measured 0
+    assert remote.poses[-1].pose.orientation.w == 1.0
+    for rotor in (*ROTORS, *ROTORS):
+        remote.send(rotor, force=thrust, topic="wrench")
+    text = "come in turn in the frames rotor_front, rotor_left, rotor_back, rotor_right: each replaces the one before"
+    remote.wait(lambda: text in remote.process.stderr + remote.process.stdout, "the warning")
+    remote.call("step")
+    assert (remote.process.stderr + remote.process.stdout).count("come in turn in the frames") == 1

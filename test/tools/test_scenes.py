@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rigid_body_sim import Simulation, Wrench, load_scene
+from rigid_body_sim import Simulation, load_scene
 from rigid_body_sim.physics import invariants, rotation
 from rigid_body_sim.scene import schema
 
@@ -49,11 +49,16 @@ def test_quadrotor_hovers_on_its_rotors():
     thrust = (0.0, 0.0, scene["body.mass"] * 9.80665 / 4.0)
     wrenches = [frame.wrench(thrust, (0.0, 0.0, 0.0)) for frame in scene.frames.values()]
     assert len(wrenches) == 4
-    simulation = Simulation.from_scene(scene)
-    force, torque = sum(w.force_body for w in wrenches), sum(w.torque_body for w in wrenches)
-    simulation.set_wrench(Wrench(force_body=force, torque_body=torque))
-    simulation.step(1000)
-    assert np.linalg.norm(simulation.state.position - (0.0, 0.0, 2.0)) < 1e-12  # m; measured 0
+    assert set(scene.frames) < set(scene["wrench.topics"])  # a topic a rotor
+    simulation, one_topic = Simulation.from_scene(scene), Simulation.from_scene(scene)
+    for _ in range(100):
+        for topic, wrench in zip(scene.frames, wrenches, strict=True):
+            simulation.set_wrench(wrench, scene["wrench.timeout"], topic)
+            one_topic.set_wrench(wrench, scene["wrench.timeout"], "wrench")
+        simulation.step(10)
+        one_topic.step(10)
+    assert np.linalg.norm(simulation.state.position - (0.0, 0.0, 2.0)) < 1e-12  # m; measured 3e-16
+    assert one_topic.state.position[2] < -1.0  # each replaces the one before, and the last one is a quarter of it
     front = scene.frames["rotor_front"].wrench(thrust, (0.0, 0.0, 0.0))
     assert front.torque_body[1] == pytest.approx(-0.17 * thrust[2])  # lifting the nose turns about −y
 

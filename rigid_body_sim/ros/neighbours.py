@@ -1,0 +1,129 @@
+"""Who else is on the node's topics: what keeps commands from arriving, and what mixes messages, told in the log, once.
+
+The network is asked in the report, once a second, and never in the loop.
+"""
+
+from collections.abc import Callable, Iterable, Sequence
+from functools import partial
+from typing import Any
+
+from rcl_interfaces.srv import GetParameters
+from rclpy.node import Node
+from rclpy.topic_endpoint_info import TopicEndpointInfo
+
+from ..scene.loader import Scene
+from .loop import Loop
+from .messages import type_name
+
+PATIENCE = 5  # looks without a command in lockstep, one a second
+SHARED = ("/tf", "marker")  # outputs to which others may add without mixing them
+
+
+class Neighbours:
+    """``inputs`` and ``outputs`` are those of the node; ``warn`` gets a sentence."""
+
+    def __init__(self, node: Node, scene: Scene, loop: Loop, inputs: Sequence[Any], outputs: Sequence[Any]):
+        self._node, self._scene, self._loop = node, scene, loop
+        self._warn: Callable[[str], None] = node.get_logger().warning
+        self._inputs = {each.end.topic_name: type_name(each.end.msg_type) for each in inputs}
+        self._mixed = [each.end.topic_name for each in outputs if each.output.topic not in SHARED]
+        self._tf = next((each.end.topic_name for each in outputs if each.output.topic == "/tf"), None)
+        self._lead = node.resolve_topic_name(scene["wrench.topics"][0])
+        self._outputs = [each.end for each in outputs]
+        self._told: set[tuple[str, ...]] = set()
+        self._asked: dict[str, Any] = {}  # clients, by the names of nodes that publish on /tf
+        self._namesakes = 0
+        self._waited, self._steps = 0, -1
+
+    def look(self) -> None:
+        """Ask the network, and tell what is new."""
+        self._tell_namesakes()
+        for topic, kind in self._inputs.items():
+            self._tell_other_types(topic, kind)
+        for topic in self._mixed:
+            self._tell_who_mixes(topic)
+        if self._tf is not None:
+            self._ask_frames(self._tf)
+        self._tell_wait()
+
+    def _once(self, key: tuple[str, ...], text: str) -> None:
+        if key not in self._told:
+            self._told.add(key)
+            self._warn(text)
+
+    def _others(self, topic: str) -> Iterable[tuple[str, TopicEndpointInfo]]:
+        """Full names of the other nodes that publish on a topic, and how."""
+        own = self._node.get_fully_qualified_name()
+        for end in self._node.get_publishers_info_by_topic(topic):
+            name = f"{end.node_namespace.rstrip('/')}/{end.node_name}"
+            if name != own:
+                yield name, end
+
+    def _tell_namesakes(self) -> None:
+        """A node of the same name gets the same commands, and mixes what both publish."""
+        own = self._node.get_name(), self._node.get_namespace()
+        others = self._node.get_node_names_and_namespaces().count(own) - 1
+        if others > self._namesakes:
+            self._warn(
+                f"another node has the name {self._node.get_fully_qualified_name()}: it takes the same commands and "
+                "publishes on the same topics; give each a name or a namespace of its own (-r __ns:=/second)"
+            )
+        self._namesakes = others
+
+    def _tell_other_types(self, topic: str, kind: str) -> None:
+        """A message of another type reaches nobody. Fast DDS has no two types on one topic, so it cannot be taken."""
+        for name, end in self._others(topic):
+            if end.topic_type != kind:
+                self._once(
+                    (topic, name, end.topic_type),
+                    f"{name} publishes {end.topic_type} on {topic}, where this node takes {kind}: nothing of it "
+                    f"arrives; publish {kind} there{_plain_wrench(end.topic_type)}",
+                )
+
+    def _tell_who_mixes(self, topic: str) -> None:
+        what = "whoever listens there gets both mixed; give each node a namespace of its own (-r __ns:=/second)"
+        if topic == "/clock":
+            what = "time goes to and fro for whoever follows it; leave clock out of the outputs of all nodes but one"
+        for name, _ in self._others(topic):
+            self._once((topic, name), f"{name} publishes on {topic}, too: {what}")
+
+    def _ask_frames(self, topic: str) -> None:
+        """Two bodies of one name in the tree of frames jump to and fro; the messages do not tell who sent them."""
+        for name, _ in self._others(topic):
+            client = self._asked.get(name)
+            if client is None:
+                client = self._asked[name] = self._node.create_client(GetParameters, f"{name}/get_parameters")
+            if client.service_is_ready() and (name, "asked") not in self._told:
+                self._told.add((name, "asked"))
+                answer = client.call_async(GetParameters.Request(names=["body.frame_id"]))
+                answer.add_done_callback(partial(self._compare_frame, name))
+
+    def _compare_frame(self, name: str, answer: Any) -> None:
+        own = self._scene["body.frame_id"]
+        if [value.string_value for value in answer.result().values] == [own]:
+            self._once(
+                (name, "/tf"),
+                f"{name} sends the frame {own} on /tf, too: it jumps between two bodies; give each a "
+                "body.frame_id of its own",
+            )
+
+    def _tell_wait(self) -> None:
+        """In lockstep, both sides may wait for each other, each without a word."""
+        steps, waits = self._loop.simulation.steps, self._loop.mode == "lockstep"
+        self._waited = self._waited + 1 if waits and steps == self._steps else 0
+        self._steps = steps
+        if self._waited != PATIENCE or not any(end.get_subscription_count() for end in self._outputs):
+            return
+        if senders := self._node.count_publishers(self._lead):
+            self._warn(
+                f"waiting for a command: in lockstep each message on {self._lead} advances the time, and none of its "
+                f"{senders} publishers has sent one for {PATIENCE} s; the state to answer is kept for subscriptions "
+                "with the durability TRANSIENT_LOCAL, all others begin with a command"
+            )
+
+
+def _plain_wrench(kind: str) -> str:
+    """What it means without a header."""
+    if kind != "geometry_msgs/msg/Wrench":
+        return ""
+    return ", whose empty frame_id means what the parameter wrench.frame says"

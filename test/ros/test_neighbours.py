@@ -1,0 +1,96 @@
+"""What is told of other nodes: commands that cannot arrive, and outputs that two nodes mix."""
+
+from types import SimpleNamespace
+
+import pytest
+
+from rigid_body_sim import Scene
+
+pytest.importorskip("rclpy")
+pytestmark = pytest.mark.ros
+
+
+@pytest.fixture
+def node_of_others(context):
+    """A function: a node in this process, in a participant of its own."""
+    from rclpy.node import Node
+
+    made = []
+
+    def make(name, namespace, **parameters):
+        made.append(Node(name, namespace=namespace, context=context, enable_rosout=False))
+        for key, value in parameters.items():
+            made[-1].declare_parameter(key.replace("__", "."), value)
+        return made[-1]
+
+    yield make
+    for node in made:
+        node.destroy_node()
+
+
+def test_who_keeps_commands_from_arriving_or_mixes_outputs_is_told_once(connect, node_of_others):
+    from geometry_msgs.msg import PoseStamped, Twist, Wrench
+    from rosgraph_msgs.msg import Clock
+
+    remote = connect({"outputs": ["clock"], "start_paused": True}).ready()
+    namespace = remote.name.removesuffix("/rigid_body_node")
+    other = node_of_others("tool", namespace)
+    ends = [
+        (Wrench, "wrench"),
+        (Twist, "set_twist"),
+        (PoseStamped, "pose"),
+        (Clock, "/clock"),
+        (PoseStamped, "set_pose"),
+    ]
+    publishers = [other.create_publisher(kind, topic, 1) for kind, topic in ends]
+    texts = [
+        f"{namespace}/tool publishes geometry_msgs/msg/Wrench on {namespace}/wrench, where this node takes "
+        "geometry_msgs/msg/WrenchStamped: nothing of it arrives; publish geometry_msgs/msg/WrenchStamped there, whose",
+        f"{namespace}/tool publishes geometry_msgs/msg/Twist on {namespace}/set_twist, where this node takes geometry",
+        f"{namespace}/tool publishes on {namespace}/pose, too: whoever listens there gets both mixed",
+        f"{namespace}/tool publishes on /clock, too: time goes to and fro",
+    ]
+
+    def said():
+        log = remote.process.stdout + remote.process.stderr
+        return [log.count(text) for text in texts], log.count("/tool publishes")
+
+    remote.wait(lambda: all(said()[0]), "all warnings")
+    for _ in range(2):
+        remote.report()
+    assert said() == ([1] * 4, 4)
+    assert len(publishers) == 5
+
+
+@pytest.mark.parametrize(("frame", "expected"), [("base_link", 1), ("other_link", 0), (None, 0)])
+def test_two_bodies_of_one_frame_on_tf_are_told(node_of_others, frame, expected):
+    """With another type on /tf: tf2_msgs is not on PyPI, and who publishes there counts, not what."""
+    from geometry_msgs.msg import TransformStamped
+    from rclpy.executors import SingleThreadedExecutor
+
+    from rigid_body_sim.ros.neighbours import Neighbours
+
+    own, other = node_of_others("own", f"/tf_{frame}"), node_of_others("second", f"/tf_{frame}")
+    if frame is not None:
+        other.declare_parameter("body.frame_id", frame)
+    publisher = other.create_publisher(TransformStamped, f"/tf_{frame}/tf", 1)
+    end = SimpleNamespace(topic_name=publisher.topic_name, get_subscription_count=lambda: 0)
+    loop = SimpleNamespace(mode="running", simulation=SimpleNamespace(steps=0))
+    neighbours = Neighbours(own, Scene(), loop, [], [SimpleNamespace(end=end, output=SimpleNamespace(topic="/tf"))])
+    warned, asked = [], neighbours._told
+    neighbours._warn = warned.append
+    executor = SingleThreadedExecutor(context=own.context)
+    for node in (own, other):
+        executor.add_node(node)
+    answered = []
+    compare = neighbours._compare_frame
+    neighbours._compare_frame = lambda name, answer: (compare(name, answer), answered.append(name))
+    for _ in range(600):
+        neighbours.look()
+        executor.spin_once(timeout_sec=0.1)
+        if answered:
+            break
+    executor.shutdown()
+    assert answered == [f"/tf_{frame}/second"] and len(warned) == expected
+    assert all(f"/tf_{frame}/second sends the frame base_link on /tf, too" in text for text in warned)
+    assert (f"/tf_{frame}/second", "asked") in asked
