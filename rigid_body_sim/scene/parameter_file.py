@@ -63,9 +63,13 @@ def read(path: str | os.PathLike[str]) -> ParameterFile:
             return ParameterFile(os.path.dirname(path), _sections(_document(text)))
         except UnicodeDecodeError as reason:
             found = f"byte {reason.object[reason.start]:#04x} is none"
-            raise ValueError(f"{os.fspath(path)}: is no text in UTF-8 ({found}); save it as UTF-8") from None
+            raise ValueError(f"{_told(path)}: is no text in UTF-8 ({found}); save it as UTF-8") from None
         except ValueError as reason:
-            raise ValueError(f"{os.fspath(path)}: {schema.one_line(reason)}") from None
+            raise ValueError(f"{_told(path)}: {schema.one_line(reason)}") from None
+
+
+def _told(path: str | os.PathLike[str]) -> str:
+    return schema.shown_name(os.fspath(path))
 
 
 def value(text: str) -> Any:
@@ -122,7 +126,7 @@ def _nodes(tree: Mapping[str, Any], above: str) -> Iterator[tuple[str, Any]]:
 def _misplaced(key: str, above: str, tree: Mapping[str, Any]) -> str:
     """What is wrong about a name in a section that has no parameters below it."""
     if not above:
-        return f"{shown(key)} stands at the top, and no section"
+        return f"{shown(key)} stands at the top, and {'is empty' if not tree[key] else 'is no section'}"
     if PARAMETERS in tree:
         return f"{shown(key)} stands beside '{PARAMETERS}:', and not below it"
     meant = difflib.get_close_matches(PARAMETERS, [key, *above.split("/")], 1, 0.8)

@@ -1,5 +1,7 @@
 """What a command line and its files give a node: the same as load_scene reads, or the same refusal. No ROS in here."""
 
+import os
+
 import pytest
 
 from rigid_body_sim import Scene, load_scene
@@ -151,9 +153,12 @@ REFUSED = {  # a file, and what both readers say of it
         "body: {mass: 2.0}\n",
         "'mass' in the section /body is not below 'ros__parameters:'; a parameter file",
     ),
-    "no section, dotted": ("body.mass: 2.0\n", "'body.mass' stands at the top, and no section; a parameter file has"),
-    "no section, only what is below": ("ros__parameters: {rate: 9.0}\n", "'ros__parameters' stands at the top, and no"),
-    "section that is empty": ("/**:\n", "'/**' stands at the top, and no section"),
+    "no section, dotted": ("body.mass: 2.0\n", "'body.mass' stands at the top, and is no section; a parameter file"),
+    "no section, only what is below": (
+        "ros__parameters: {rate: 9.0}\n",
+        "'ros__parameters' stands at the top, and is no section",
+    ),
+    "section that is empty": ("/**:\n", "'/**' stands at the top, and is empty; a parameter file has"),
     **{
         f"misspelt as {name}": (f"/**:\n  {name}:\n    rate: 9.0\n", f"(did you mean that by '{name}'?)")
         for name in ("ros_parameters", "ros__parameter", "ros__params", "ROS__parameters", "ros___parameters")
@@ -248,7 +253,7 @@ def test_file_for_others_is_noted_with_their_names_and_ours(written):
 
 def test_library_takes_the_only_node_there_is_whatever_its_name(written):
     path = written("/x/satellite: {ros__parameters: {body.mass: 3.0}}\n")
-    assert load_scene(path)["body.mass"] == load_scene(path, "/x/satellite")["body.mass"] == 3.0
+    assert load_scene(path)["body.mass"] == load_scene(path, "x/satellite")["body.mass"] == 3.0
 
 
 # Several sources ------------------------------------------------------------------------------------------------------
@@ -353,6 +358,27 @@ def test_file_that_may_not_be_read_is_one_sentence(written, monkeypatch):
     monkeypatch.setattr("builtins.open", refuse)
     with pytest.raises(ValueError, match=r"--params-file x\.yaml: cannot be read \(Permission denied\); give a"):
         node_scene("--params-file", "x.yaml")
+
+
+def test_name_that_cannot_be_printed_is_shown_with_escapes(tmp_path):
+    path = tmp_path / os.fsdecode(b"\xff\n.yaml")
+    for text, said in (
+        (None, "cannot be read"),
+        ("", "holds nothing"),
+        ("/**: {ros__parameters: {rate: }}", "has no val"),
+    ):
+        if text is not None:
+            path.write_text(text)
+        with pytest.raises(ValueError, match=said) as caught:
+            node_scene("--params-file", path)
+        assert "\\udcff\\n.yaml" in str(caught.value) and str(caught.value).isprintable()
+    path.write_text("other: {ros__parameters: {}}")
+    (note,) = arguments.read(["--ros-args", "--params-file", str(path)], NODE).notes
+    assert note.isprintable()
+    for text in ("a\x1b=3", "a\x1b:=[", "a\x1b:="):
+        with pytest.raises(ValueError, match=r"-p 'a\\x1b") as caught:
+            node_scene("-p", text)
+        assert str(caught.value).isprintable()
 
 
 def test_assignment_for_another_node_is_noted():
