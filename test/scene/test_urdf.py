@@ -328,6 +328,14 @@ def test_xacro_is_refused_with_the_command_that_expands_it(read, text, message):
         read(text)
 
 
+def test_link_that_is_there_in_full_is_read_beside_what_is_left_of_xacro(read):
+    text = TEXT.replace("</robot>", '<xacro:sensors/><link name="${side}_leg"/></robot>')
+    assert read(text, "a").mass == 2.5
+    for link in ("", "b", "${side}_leg"):
+        with pytest.raises(ValueError, match="has <xacro:sensors>, so it is xacro"):
+            read(text, link)
+
+
 def test_file_that_is_called_xacro_is_taken_when_it_is_a_urdf(tmp_path):
     path = tmp_path / "robot.urdf.xacro"
     path.write_text(TEXT, encoding="utf-8")
