@@ -78,6 +78,7 @@ def _read(root: ElementTree.Element, link: str) -> MassProperties:
 def _parsed(content: bytes) -> ElementTree.Element:
     root = _tree(content)
     if root.tag != "robot":
+        _refuse_xacro(root)
         raise ValueError(f"begins with <{schema.shown_name(root.tag)}>; a URDF begins with <robot>")
     return root
 

@@ -310,6 +310,7 @@ UNEXPANDED = {  # a xacro file, and how its message begins
         XACRO.replace("xacro:", "x:").replace(":xacro", ":x"),
         "has <x:property>, so it is.*",
     ),
+    "macro alone": ("<xacro:macro/>", "has <xacro:macro>, so it is xacro.*"),
     "namespace not declared": (TEXT.replace("<mass", "<xacro:insert/><mass"), "has <xacro:insert>, so it is xacro.*"),
     "name of a link": (TEXT.replace('"a"', '"${side}_leg"'), r"has a link '\$\{side\}_leg', so it is xacro.*"),
     "mass": (TEXT.replace("2.5", "${m}"), r"link 'a': mass value = '\$\{m\}' is not a finite number; it is xacro"),
