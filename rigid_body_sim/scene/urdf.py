@@ -42,7 +42,7 @@ def read(path: str | os.PathLike[str], link: str = "") -> MassProperties:
     ``<inertial>`` gives the centre of mass (``origin xyz`` [m]), the axes of the tensor (``origin rpy`` [rad], about
     the link's fixed axes x, y, z, or ``origin quat_xyzw``, normalised, in URDF 1.1 and later), ``mass`` [kg] and
     ``inertia`` [kg m²]. Without ``link``, the file must have exactly one link with ``<inertial>`` and mass.
-    xacro must be expanded before; what it leaves of itself, its namespace, is no fault.
+    xacro must be expanded before, but for a file in which the ``link`` that is named is there in full.
 
     Nothing under ``<inertial>`` is left out in silence: what URDF does not have there is refused, apart from comments
     and attributes of other XML namespaces. So is ``quat_xyzw`` in a file of version 1.0, or that says no version:
@@ -57,18 +57,29 @@ def read(path: str | os.PathLike[str], link: str = "") -> MassProperties:
     try:
         if len(content) > MOST_BYTES:
             raise ValueError(f"has more than {MOST_BYTES} bytes; a URDF has a few million at most")
-        return _of_link(_parsed(content), link)
+        return _read(_parsed(content), link)
     except ValueError as reason:
         shown = schema.shown_name(os.fspath(path))
         hint = f"; {_EXPAND}" if os.fspath(path).endswith(".xacro") and _EXPAND not in str(reason) else ""
         raise ValueError(f"file {shown}: {reason}{hint}") from None
 
 
+def _read(root: ElementTree.Element, link: str) -> MassProperties:
+    """Of a link that is there in full, whatever xacro is left elsewhere; but xacro may say which is the only one."""
+    if not link:
+        _refuse_xacro(root)
+    try:
+        return _of_link(root, link)
+    except ValueError:
+        _refuse_xacro(root)
+        raise
+
+
 def _parsed(content: bytes) -> ElementTree.Element:
     root = _tree(content)
     if root.tag != "robot":
+        _refuse_xacro(root)
         raise ValueError(f"begins with <{schema.shown_name(root.tag)}>; a URDF begins with <robot>")
-    _refuse_xacro(root)
     return root
 
 
