@@ -34,6 +34,8 @@ class RigidBodyNode(Node):
         super().__init__("rigid_body_node", **node_arguments)
         self._is_default = not parameters.all_given(self, given)
         self.scene = parameters.declare(self, given)
+        for note in self.scene.notes:
+            self.get_logger().warning(note)
         self.simulation = recording.simulation_of(self.scene)
         self._outputs = Outputs(self, self.scene, self.simulation)
         self.loop = Loop(self.scene, self.simulation, self._outputs, self._epoch_ns(), self.get_logger().error)

@@ -2,7 +2,7 @@
 
 import os
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -19,17 +19,26 @@ _NEEDS = {  # a parameter, and those of which it needs one
 }
 
 
-Files = dict[tuple[Any, ...], MassProperties]  # what was read, by the values of the parameters that name it
+_Found = tuple[MassProperties, tuple[str, ...]]  # and notes about it
+Files = dict[tuple[Any, ...], _Found]  # what was read, by the values of the parameters that name it
+
+
+class Source(NamedTuple):
+    """What follows from a source by the names of parameters, and sentences about what the user may want to know."""
+
+    followed: dict[str, Any]
+    notes: tuple[str, ...] = ()
 
 
 def resolve(
     values: Mapping[str, Any], given: Mapping[str, Any], folder: str | os.PathLike[str], files: Files
-) -> dict[str, Any]:
-    """Those of body.mass, body.inertia and body.center_of_mass that follow from another parameter.
+) -> Source:
+    """Those of body.mass, body.inertia and body.center_of_mass that follow from another parameter, and notes.
 
     ``values`` are all parameters, checked; ``given`` those that the user gave; ``folder`` is where the paths of files
-    begin. What is in ``files`` is not read again, and what is read is added: a file changes no body that is there. A parameter that follows may be given too when it says the same to the last bit, so that what a node holds
-    can be given to another one. Raises ValueError when two parameters contradict each other, one lacks another, or a
+    begin. What is in ``files`` is not read again, and what is read is added: a file changes no body that is there. A
+    parameter that follows may be given too when it says the same to the last bit, so that what a node holds can be
+    given to another one. Raises ValueError when two parameters contradict each other, one lacks another, or a
     shape or file is bad.
     """
     sources = [name for name in _SOURCES if values[name]]
@@ -41,16 +50,16 @@ def resolve(
                 f"parameter {name} = {_shown(values[name])}: needs {' or '.join(needed)}; give both or neither"
             )
     if not sources:
-        return {}
+        return Source({})
     (source,) = sources
     try:
-        properties = _SOURCES[source](values, folder, files)
+        properties, notes = _SOURCES[source](values, folder, files)
         properties.body()
     except (OSError, ValueError) as reason:
         raise ValueError(f"parameter {source} = {_shown(values[source])}: {_told(reason)}") from None
     followed = _followed(source, values, properties)
     _refuse_contradictions(source, values, given, followed)
-    return followed
+    return Source(followed, tuple(f"parameter {source} = {_shown(values[source])}: {note}" for note in notes))
 
 
 def _followed(source: str, values: Mapping[str, Any], properties: MassProperties) -> dict[str, Any]:
@@ -74,27 +83,28 @@ def _refuse_contradictions(
             )
 
 
-def _of_shape(values: Mapping[str, Any], _: str | os.PathLike[str], __: Files) -> MassProperties:
-    return SHAPES[values["body.shape"]].mass_properties(values["body.dimensions"], *_amount(values))
+def _of_shape(values: Mapping[str, Any], _: str | os.PathLike[str], __: Files) -> _Found:
+    return SHAPES[values["body.shape"]].mass_properties(values["body.dimensions"], *_amount(values)), ()
 
 
-def _of_mesh_file(values: Mapping[str, Any], folder: str | os.PathLike[str], files: Files) -> MassProperties:
+def _of_mesh_file(values: Mapping[str, Any], folder: str | os.PathLike[str], files: Files) -> _Found:
     key = ("body.mesh_file", values["body.mesh_file"])
     with np.errstate(over="ignore", invalid="ignore"):  # what overflows is refused
         if key not in files:
-            files[key] = of_mesh(*mesh_file.read(located(values["body.mesh_file"], folder)), density=1.0)
-        volume = files[key].mass
-        return files[key].with_mass(mass_of(volume, *_amount(values)))
+            vertices, triangles, note = mesh_file.read(located(values["body.mesh_file"], folder))
+            files[key] = of_mesh(vertices, triangles, density=1.0), (note,) * bool(note)
+        solid, notes = files[key]
+        return solid.with_mass(mass_of(solid.mass, *_amount(values))), notes
 
 
-def _of_urdf(values: Mapping[str, Any], folder: str | os.PathLike[str], files: Files) -> MassProperties:
+def _of_urdf(values: Mapping[str, Any], folder: str | os.PathLike[str], files: Files) -> _Found:
     key = ("body.urdf_file", values["body.urdf_file"], values["body.urdf_link"])
     if key not in files:
-        files[key] = urdf.read(located(values["body.urdf_file"], folder), values["body.urdf_link"])
+        files[key] = urdf.read(located(values["body.urdf_file"], folder), values["body.urdf_link"]), ()
     return files[key]
 
 
-_SOURCES: dict[str, Callable[[Mapping[str, Any], str | os.PathLike[str], Files], MassProperties]] = {
+_SOURCES: dict[str, Callable[[Mapping[str, Any], str | os.PathLike[str], Files], _Found]] = {
     "body.shape": _of_shape,
     "body.mesh_file": _of_mesh_file,
     "body.urdf_file": _of_urdf,

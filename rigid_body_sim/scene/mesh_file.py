@@ -7,18 +7,17 @@ import os
 import numpy as np
 
 from ..physics.arrays import Floats, Integers
-from . import schema
+from . import mesh_corners, schema
 
 FORMATS = ("stl", "obj")
 MOST_BYTES = 1_000_000_000  # of a file: twenty million triangles
 
 
-def read(path: str | os.PathLike[str]) -> tuple[Floats, Integers]:
-    """Vertices [m], shape (n, 3), and triangles, shape (m, 3), for ``physics.mesh.of_mesh``.
+def read(path: str | os.PathLike[str]) -> tuple[Floats, Integers, str]:
+    """Vertices as in the file, shape (n, 3), and triangles, shape (m, 3), for ``physics.mesh.of_mesh``, and a note.
 
-    Files have no unit: their numbers are taken as m. Corners with the same coordinates, to the last bit, become one
-    vertex, because STL repeats them in each triangle; triangles that thereby have a corner twice are left out, as they
-    enclose nothing. Several objects in one file become one mesh.
+    Files have no unit. Corners become one vertex where they are one, see ``mesh_corners.joined``, because STL repeats
+    them in each triangle; the note is a sentence about what was merged beyond equal ones, mostly empty. Several objects in one file become one mesh.
 
     Raises OSError when the file cannot be read and ValueError for another format, a file that holds no triangles or
     cannot be understood, and where trimesh is not installed.
@@ -47,11 +46,4 @@ def read(path: str | os.PathLike[str]) -> tuple[Floats, Integers]:
             log.disabled = disabled
     if not len(triangles):
         raise ValueError(f"file {shown} holds no triangles; a solid has at least four")
-    return _merged(corners, triangles)
-
-
-def _merged(corners: Floats, triangles: Integers) -> tuple[Floats, Integers]:
-    vertices, number = np.unique(corners, axis=0, return_inverse=True)
-    triangles = number.ravel()[triangles]
-    same = (triangles == np.roll(triangles, 1, axis=1)).any(axis=1)
-    return vertices, triangles[~same]
+    return mesh_corners.joined(corners, triangles)
