@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from . import inertia
-from .arrays import Floats, Integers
+from .arrays import Floats, Integers, Vector
+from .body import positive
 from .mass_properties import MassProperties, mass_of
 
 # A volume this small beside area times extent is the round-off of a surface that encloses nothing.
@@ -20,42 +21,50 @@ _MOST_LOOKED_AT = 100  # open edges, for that message
 
 
 def of_mesh(
-    vertices: ArrayLike, triangles: ArrayLike, mass: float | None = None, density: float | None = None
+    vertices: ArrayLike,
+    triangles: ArrayLike,
+    mass: float | None = None,
+    density: float | None = None,
+    scale: Vector = (1.0, 1.0, 1.0),
 ) -> MassProperties:
     """Of the solid inside a closed surface, evenly filled, from its mass [kg] or its density [kg/m³].
 
     Parameters
     ----------
     vertices : array_like, shape (n, 3)
-        Corners [m].
+        Corners, in units of ``scale``. Messages name them by these numbers.
     triangles : array_like, shape (m, 3)
         Indices of corners, counter-clockwise seen from outside. Holes inside the solid are surfaces too, seen from the
         material.
+    scale : array_like, shape (3,)
+        Length [m] of one of these units along each axis, greater than zero.
 
-    Closed parts may touch in a corner, along an edge or over a face: a wall of two triangles back to back counts nothing.
-    A surface that cuts through itself is not noticed: what lies inside twice counts twice. So is a part that is inside
-    out and happens to lie in the box around another one: it is taken for a hole.
+    Closed parts may touch in a corner, along an edge or over a face: a wall of two triangles back to back counts for
+    nothing. A surface that cuts through itself is not noticed: what lies inside twice counts twice. So is a part that
+    is inside out and happens to lie in the box around another one: it is taken for a hole.
 
     Raises
     ------
     ValueError
         One sentence for each: wrong shapes, corners that are not finite, indices of no corner, a triangle that has a
         corner twice, an open surface, an edge of more than two triangles that do not bound parts, triangles of opposite
-        orientation side by side, a triangle that is there twice, a sheet without thickness, a surface or part of one that is inside out, no volume, mass and density both given or both missing.
+        orientation side by side, a triangle that is there twice, a sheet without thickness, a surface or part of one
+        that is inside out, no volume, a scale that is not positive, mass and density both given or both missing.
     """
     corners, indices = _checked(vertices, triangles)
     edges = _edges(indices)
     _check_edges(edges, corners)
     _check_sheets(edges, indices, corners)
+    sized = corners * [positive(unit, "scale of a mesh", "m") for unit in scale]
     # About a point of its own, a solid far from the origin loses no digits.
-    middle = corners.mean(axis=0)
-    volumes, tetrahedra = _tetrahedra(corners - middle, indices)
+    middle = sized.mean(axis=0)
+    volumes, tetrahedra = _tetrahedra(sized - middle, indices)
     volume = volumes.sum()
     _check_volume(volume, tetrahedra)
     _check_parts(edges, indices, volumes, corners)
     from_middle = volumes @ tetrahedra.sum(axis=1) / (4.0 * volume)
     total = mass_of(volume, mass, density)
-    volumes, tetrahedra = _tetrahedra(corners - middle - from_middle, indices)
+    volumes, tetrahedra = _tetrahedra(sized - middle - from_middle, indices)
     tensor = inertia.from_second_moment(_second_moment(volumes, tetrahedra)) * (total / volume)
     return MassProperties(total, tensor, middle + from_middle)
 
@@ -126,11 +135,11 @@ def open_corners(triangles: Integers) -> Integers:
 
 
 def _check_edges(edges: _Edges, vertices: Floats) -> None:
-    """Along every edge of a closed surface as many triangles go one way as the other: one, or more where parts touch."""
+    """Along every edge of a closed surface as many triangles go one way as the other, several where parts touch."""
     for wrong, reason in (
         (edges.count == 1, "is open: {n} edges belong to one triangle only, such as that {edge}; close it"),
-        (edges.count > 2, "is not a surface: {n} edges belong to more than two triangles that are not the sides of closed "
-         "parts, such as that {edge}; leave out what is not the skin of a solid"),
+        (edges.count > 2, "is not a surface: {n} edges belong to more than two triangles that are not the sides of "
+         "closed parts, such as that {edge}; leave out what is not the skin of a solid"),
         (edges.count == 2, "turns inside out: at {n} edges, such as that {edge}, two triangles run the same way; "
          "all must be counter-clockwise seen from outside"),
     ):  # fmt: skip
@@ -169,8 +178,8 @@ def _check_sheets(edges: _Edges, indices: Integers, vertices: Floats) -> None:
     if fin.any():
         edge = edges.ends[edges.of[fin][0]]
         raise ValueError(
-            f"mesh has a sheet without thickness, with an edge {_between(*vertices[edge])} of two triangles that have the "
-            "same corners; leave it out or give it a thickness"
+            f"mesh has a sheet without thickness, with an edge {_between(*vertices[edge])} of two triangles that have "
+            "the same corners; leave it out or give it a thickness"
         )
     many = indices[(edges.count[edges.of] > 2).all(axis=1)]
     turned = np.take_along_axis(many, (many.argmin(axis=1)[:, None] + np.arange(3)) % 3, axis=1)
@@ -192,8 +201,8 @@ def _check_parts(edges: _Edges, indices: Integers, volumes: Floats, vertices: Fl
         if not ((low[solid] <= low[k]) & (high[k] <= high[solid])).all(axis=1).any():
             raise ValueError(
                 f"mesh is inside out where the vertex {_shown(vertices[indices[first[k], 0]])} is: that part has the "
-                f"volume {volume[k]:.6g} m³ and is no hole in another; its triangles must be counter-clockwise seen from "
-                "outside"
+                f"volume {volume[k]:.6g} m³ and is no hole in another; its triangles must be counter-clockwise seen "
+                "from outside"
             )
 
 

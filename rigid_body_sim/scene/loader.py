@@ -175,8 +175,10 @@ def load_scene(path: str | os.PathLike[str], node: str = "") -> Scene:
     """The scene in a ROS parameter file, as the node of the full name ``node`` takes it: see parameter_file.
 
     Without ``node`` it is that of ``/rigid_body_node``, or of the only node in the file. Relative paths in it begin at
-    its folder. The scene's notes are logged as warnings. Raises OSError when the file cannot be read and ValueError, beginning with the path, when it is not such
-    a file, has nothing for that node, or holds a parameter that is unknown or bad.
+    its folder. The scene's notes are logged as warnings.
+
+    Raises OSError when the file cannot be read and ValueError, beginning with the path, when it is not such a file, has
+    nothing for that node, or holds a parameter that is unknown or bad.
     """
     file = parameter_file.read(path)
     try:

@@ -1,4 +1,4 @@
-"""Which corners of a file's triangles are one: equal ones, and where that leaves the surface open, nearly equal ones."""
+"""Which corners of a file's triangles are one: equal ones and, where these leave it open, nearly equal ones."""
 
 from typing import TypeVar
 
@@ -13,8 +13,8 @@ _FLOAT32 = 4.0 * 2.0**-23  # of the size: what programs that reckon in float32 m
 _MOST_PAIRS = 4_000_000  # or 64 a corner: more are no round-off but a part that is far smaller than the size
 _DIGITS = 6  # what C and C++ print where nothing else is said
 _NOTE = (
-    "its triangles meet only where corners that are nearly equal are one; merged with another, no more than {limit:.3g} of "
-    "the file's units away: {count}"
+    "its triangles meet only where corners that are nearly equal are one; merged with another, no more than "
+    "{limit:.3g} of the file's units away: {count}"
 )
 _HALF = [(x, y, z) for x in (-1, 0, 1) for y in (-1, 0, 1) for z in (-1, 0, 1) if (x, y, z) > (0, 0, 0)]
 
@@ -24,8 +24,8 @@ def joined(corners: Floats, triangles: Integers) -> tuple[Floats, Integers, str]
 
     Corners, shape (n, 3), that are equal become one vertex. Where a surface is open then, so do those on its rim that
     differ by no more than one of the ``tolerances`` along any axis, if that closes it; each merges with one that stays,
-    so that a row of corners does not collapse. Triangles, shape (m, 3), that thereby have a corner twice enclose nothing and are left out, as are
-    two that come to lie back to back.
+    so that a row of corners does not collapse. Triangles, shape (m, 3), that thereby have a corner twice enclose
+    nothing and are left out, as are two that come to lie back to back.
     """
     vertices, number = _distinct(corners + 0.0)  # no -0.0
     triangles = _without_collapsed(number[triangles])
@@ -96,7 +96,7 @@ def _pairs(points: Floats, limit: float) -> Integers:
     strides = np.array([(span := cells.max(axis=0) + 2)[1] * span[2], span[2], 1])
     order = np.argsort(keys := cells @ strides, kind="stable")
     found, start, count = np.unique(keys[order], return_index=True, return_counts=True)
-    meetings = [(np.arange(len(found)), np.arange(len(found)))]
+    meetings: list[tuple[Integers, Integers]] = [(np.arange(len(found)), np.arange(len(found)))]
     for offset in np.array(_HALF) @ strides:
         at = np.minimum(np.searchsorted(found, found + offset), len(found) - 1)
         near = np.flatnonzero(found[at] == found + offset)

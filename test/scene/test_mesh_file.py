@@ -1,14 +1,16 @@
 """Mesh files as programs write them: which corners are one, and what is told about it."""
 
+import itertools
 import math
+import re
 import struct
 
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from rigid_body_sim import Scene
-from rigid_body_sim.scene.mesh_corners import joined
+from rigid_body_sim import Scene, load_scene
+from rigid_body_sim.scene.mesh_corners import _representatives, joined
 
 pytest.importorskip("trimesh")
 pytestmark = pytest.mark.no_numba
@@ -51,7 +53,7 @@ def prism(n=12):
     """Triangles of a prism of n sides, radius 0.1 and height 0.2, whose last corner is the first, reckoned anew."""
     ring = [(0.1 * math.cos(2 * math.pi * k / n), 0.1 * math.sin(2 * math.pi * k / n)) for k in range(n + 1)]
     triangles = []
-    for (a, b), (c, d) in zip(ring[:-1], ring[1:], strict=True):
+    for (a, b), (c, d) in itertools.pairwise(ring):
         low, high, next_low, next_high = (a, b, 0.0), (a, b, 0.2), (c, d, 0.0), (c, d, 0.2)
         triangles += [((0, 0, 0), next_low, low), ((0, 0, 0.2), high, next_high)]
         triangles += [(low, next_low, next_high), (low, next_high, high)]
@@ -89,7 +91,9 @@ def test_corners_that_straddle_any_border_are_one(tmp_path, seed, shift):
     noise = 2.0**-23 * size
     scene = scene_of(tmp_path, text_stl(moved + rng.uniform(-1.5, 1.5, moved.shape) * noise))
     assert scene["body.mass"] == pytest.approx(6.0, rel=100 * noise)
-    assert_allclose(scene["body.center_of_mass"], moved.reshape(-1, 3).min(axis=0) + (0.15, 0.1, 0.05), atol=3 * noise)
+    assert_allclose(
+        scene["body.center_of_mass"], np.add(moved.reshape(-1, 3).min(axis=0), (0.15, 0.1, 0.05)), atol=3 * noise
+    )
 
 
 def test_equal_corners_leave_no_note(tmp_path):
@@ -133,11 +137,9 @@ def test_hole_of_a_small_triangle_is_refused(tmp_path):
 def test_a_row_of_near_corners_does_not_collapse():
     """Each is within the tolerance of the next, the last far from the first: those that stay are apart."""
     limit = 4.0 * 2.0**-23
-    row = np.array([(0.9 * limit * k, 0, 0) for k in range(50)] + [(1, 0, 0), (0, 1, 0)])
-    strip = np.array([(k, k + 1, 51) for k in range(49)] + [(51, 49, 50), (0, 51, 50)])
-    vertices, triangles, _ = joined(row, strip)
-    assert np.ptp(vertices[np.unique(triangles)][:, 0]) == 1.0
-    assert len(np.unique(triangles)) == len(row)  # the strip stays open, so nothing merges
+    row = np.array([(0.9 * limit * k, 0, 0) for k in range(50)])
+    joins = _representatives(row, limit)
+    assert joins.tolist() == [k - k % 2 for k in range(50)]
 
 
 def test_plate_thinner_than_the_tolerance_stays_where_its_corners_are_equal(tmp_path):
@@ -150,8 +152,8 @@ def test_plate_thinner_than_the_tolerance_stays_where_its_corners_are_equal(tmp_
 def test_sliver_that_collapses_is_left_out(tmp_path):
     """A triangle between two corners that are one, and two that then lie back to back."""
     near, far = (1e-9, 0, 0), (2e-9, 0, 1e-9)
-    for more in ([(CORNERS[0], near, CORNERS[7])], [(CORNERS[0], CORNERS[3], CORNERS[5]), (near, CORNERS[5], CORNERS[3])],
-                 [(CORNERS[0], near, far)]):  # fmt: skip
+    zero, a, b = CORNERS[[0, 3, 5]]
+    for more in ([(zero, near, a)], [(zero, a, b), (near, b, a)], [(zero, near, far)]):
         scene = scene_of(tmp_path, text_stl([*BOX.tolist(), *np.array(more).tolist()]))
         check_box(scene)
 
@@ -163,7 +165,7 @@ def test_eighty_thousand_noisy_triangles_close():
     ball = trimesh.creation.icosphere(subdivisions=6)
     rng = np.random.default_rng(1)
     corners = ball.triangles.reshape(-1, 3) + rng.uniform(-1e-7, 1e-7, (3 * len(ball.faces), 3))
-    vertices, triangles, note = joined(corners, np.arange(len(corners)).reshape(-1, 3))
+    _, triangles, note = joined(corners, np.arange(len(corners)).reshape(-1, 3))
     assert len(triangles) == len(ball.faces) == 81920
     assert len(np.unique(triangles)) == len(ball.vertices)
     assert note.endswith(str(len(corners) - len(ball.vertices)))
@@ -180,8 +182,98 @@ def test_far_corner_does_not_make_a_part_one_point():
 def test_several_objects_that_touch_are_one_solid(tmp_path):
     lines = []
     for k, name in enumerate(("left", "right")):
-        lines += [f"o {name}", *("v {} {} {}".format(*corner) for corner in CORNERS + (0.3 * k, 0, 0))]
+        lines += [f"o {name}", *("v {} {} {}".format(*corner) for corner in np.add(CORNERS, (0.3 * k, 0, 0)))]
         lines += ["f {} {} {}".format(*side) for side in SIDES + 1 + 8 * k]
     scene = scene_of(tmp_path, "\n".join(lines).encode(), "two.obj")
     assert scene["body.mass"] == pytest.approx(12.0, rel=1e-12)
     assert_allclose(scene["body.center_of_mass"], (0.3, 0.1, 0.05), rtol=0, atol=1e-12)
+
+
+MM = [0.001, 0.001, 0.001]
+
+
+def test_scale_makes_metres_of_any_unit(tmp_path):
+    scene = scene_of(tmp_path, text_stl(BOX * 1000), mesh_scale=MM)
+    check_box(scene)  # measured 1e-15
+    assert scene.notes == ()
+    check_box(scene_of(tmp_path, text_stl(BOX / (2, 3, 4)), mesh_scale=[2, 3, 4]))
+    mesh = scene.changed({"body.density": 0.0, "body.mass": 12.0})
+    assert_allclose(mesh["body.inertia"], 2 * np.array(scene["body.inertia"]), rtol=1e-14)
+
+
+def test_scale_is_part_of_what_was_read(tmp_path):
+    """Two scenes that share what was read, of one file and two scales."""
+    scene = scene_of(tmp_path, text_stl(BOX))
+    large = scene.changed({"body.mesh_scale": (2.0, 2.0, 2.0)})
+    assert large["body.mass"] == pytest.approx(48.0, rel=1e-12)
+    (tmp_path / "part.stl").unlink()
+    assert large.changed({"body.mesh_scale": (1.0, 1.0, 1.0)}).values == scene.values
+
+
+def test_refusal_names_coordinates_of_the_file_whatever_the_scale(tmp_path):
+    with pytest.raises(ValueError, match=r"from \(0, 0, 0\) to \(0, 0, 100\)"):
+        scene_of(tmp_path, text_stl(np.round(BOX[1:] * 1000)), mesh_scale=MM)
+
+
+@pytest.mark.parametrize(
+    ("scale", "message"),
+    [
+        ([1, 1], r"body\.mesh_scale = \[1, 1\]: has 2 entries; give 3, such as \[1\.0, 1\.0, 1\.0\]"),
+        ([1, 1, -1], r"body\.mesh_scale = .* is out of range; give 3 finite numbers, each greater than 0"),
+        ([0, 1, 1], r"body\.mesh_scale = .* is out of range"),
+        ([1, 1, math.inf], r"body\.mesh_scale = .* is not finite"),
+        (0.001, r"body\.mesh_scale = 0\.001: is not an array; give 3 numbers such as"),
+    ],
+)
+def test_bad_scale_is_refused(tmp_path, scale, message):
+    with pytest.raises(ValueError, match=message):
+        scene_of(tmp_path, text_stl(BOX), mesh_scale=scale)
+
+
+def test_scale_without_a_mesh_is_refused():
+    with pytest.raises(ValueError, match=r"body\.mesh_scale = .*: needs body\.mesh_file; give both or neither"):
+        Scene({"body.mesh_scale": MM})
+
+
+DENSITIES = {  # parameters beside a box of 0.3, 0.2, 0.1 times a factor, that factor, and what the note must say
+    "mesh in mm": ({"mass": 6.0}, 1000, r"mass 6 kg in a volume of 6e\+06 m³ is a density of 1e-06 kg/m³, less than "
+                   r"any solid has, 0\.1 kg/m³; .*: give body\.mesh_scale: \[0\.001, 0\.001, 0\.001\]$"),
+    "mesh in m taken as mm": ({"mass": 6.0, "mesh_scale": MM}, 1, r"density of 1e\+12 kg/m³, more than any solid has, "
+                              r"22590 kg/m³; .*: give body\.mesh_scale: \[1\.0, 1\.0, 1\.0\]$"),
+    "too light": ({"mass": 1e-7}, 1, r"density of 1\.66667e-05 kg/m³, less than .*; lengths in mm .*explain"),
+    "far too light": ({"mass": 1e-15}, 1, r"density of 1\.66667e-13 kg/m³, less than .*; check mass and size$"),
+    "lead of a hundred": ({"mass": 6e3}, 1, r"density of 1e\+06 kg/m³, more than .*; check mass and size$"),
+    "density in kg/mm³": ({"density": 1e-6}, 1000, r"mass 6 kg .*: give body\.mesh_scale: \[0\.001, 0\.001, 0\.001\] "
+                          r"and body\.density: 1000$"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("body", "factor", "message"), DENSITIES.values(), ids=DENSITIES)
+def test_density_that_no_solid_has_is_told(tmp_path, body, factor, message):
+    (tmp_path / "part.stl").write_bytes(text_stl(BOX * factor))
+    mesh = Scene({"body": {"mesh_file": "part.stl", **body}}, tmp_path)
+    assert len(mesh.notes) == 1
+    assert re.search(message, mesh.notes[0]), mesh.notes[0]
+    if "mesh_scale" not in body:
+        sizes = [0.3 * factor, 0.2 * factor, 0.1 * factor]
+        shape = Scene({"body": {"shape": "box", "dimensions": sizes, **body}})
+        assert shape.notes[0].startswith("parameter body.shape = 'box': mass ")
+        assert ("give body.dimensions: [0.3, 0.2, 0.1]" in shape.notes[0]) == (factor == 1000), shape.notes[0]
+
+
+@pytest.mark.parametrize("density", [0.11, 1.0, 1000.0, 22_500.0])
+def test_what_there_is_leaves_no_note(tmp_path, density):
+    assert scene_of(tmp_path, text_stl(BOX), density=density).notes == ()
+    assert Scene({"body": {"shape": "box", "dimensions": [1, 1, 1], "mass": density}}).notes == ()
+    assert Scene({"body": {"shape": "thin_disc", "dimensions": [1]}}).notes == ()
+
+
+def test_loading_a_scene_tells_its_notes_once(tmp_path, caplog):
+    (tmp_path / "part.stl").write_bytes(text_stl(BOX * 1000))
+    file = tmp_path / "scene.yaml"
+    file.write_text("/**: {ros__parameters: {body: {mesh_file: part.stl, mass: 6.0}}}", encoding="utf-8")
+    scene = load_scene(file)
+    scene.changed({"gravity": (0.0, 0.0, -9.81)}).changed({"body.mass": 7.0})
+    (record,) = caplog.records
+    assert (record.name, record.levelname) == ("rigid_body_sim", "WARNING")
+    assert record.getMessage() == f"{file}: {scene.notes[0]}"
