@@ -241,7 +241,7 @@ TABLE: tuple[Parameter, ...] = (
         "body.mesh_file",
         str,
         "",
-        "STL or OBJ file, evenly filled: body.inertia and body.center_of_mass follow.",
+        "STL, OBJ, PLY or OFF file, evenly filled: body.inertia and body.center_of_mass follow.",
         optional=True,
         file=True,
     ),

@@ -277,3 +277,93 @@ def test_loading_a_scene_tells_its_notes_once(tmp_path, caplog):
     (record,) = caplog.records
     assert (record.name, record.levelname) == ("rigid_body_sim", "WARNING")
     assert record.getMessage() == f"{file}: {scene.notes[0]}"
+
+
+TEXT = text_stl(BOX)
+VERTICES = "".join("v {} {} {}\n".format(*corner) for corner in CORNERS)
+QUADS = "f 1 2 4 3\nf 5 7 8 6\nf 1 5 6 2\nf 3 4 8 7\nf 1 3 7 5\nf 2 6 8 4\n"
+FROM_ZERO = "".join(f"4 {' '.join(str(int(k) - 1) for k in line.split()[1:])}\n" for line in QUADS.splitlines())
+PLY = (
+    "ply\nformat ascii 1.0\ncomment by hand\nelement vertex 8\nproperty double x\nproperty double y\n"
+    "property double z\nelement face 6\nproperty list uchar int vertex_indices\nend_header\n"
+)
+TAKEN = {  # files of the box of CORNERS
+    "binary of text's first word.stl": binary_stl(BOX, b"solid by a program"),
+    "binary of text's words.stl": binary_stl(BOX, b"solid facet normal vertex 1 2 3 endsolid"),
+    "bytes after the last triangle.stl": binary_stl(BOX, after=b"\nend"),
+    "zeros after the last triangle.stl": binary_stl(BOX, after=bytes(1000)),
+    "count not known at the head.stl": binary_stl(BOX, count=0),
+    "several solids.stl": text_stl(BOX[:5]) + text_stl(BOX[5:]),
+    "name of reserved words.stl": TEXT.replace(b"part", b"solid vertex normal 1 2 3"),
+    "lines of Windows.stl": TEXT.replace(b"\n", b"\r\n"),
+    "lines of old Macs.stl": TEXT.replace(b"\n", b"\r"),
+    "one line.stl": TEXT.replace(b"\n", b" "),
+    "tabs.stl": TEXT.replace(b"vertex ", b"\t\tvertex\t"),
+    "UPPER.STL": TEXT.upper(),
+    "exponents.stl": text_stl(BOX, "{:+.17E}"),
+    "normals that are none.stl": TEXT.replace(b"normal 0 0 0", b"normal nan -nan(ind) inf"),
+    "no end.stl": TEXT.replace(b"endsolid part", b""),
+    "byte order mark.stl": b"\xef\xbb\xbf" + TEXT,
+    "name in Latin-1.stl": TEXT.replace(b"part", b"pi\xe8ce"),
+    "quads.obj": VERTICES + QUADS,
+    "triangles and quads.obj": VERTICES + QUADS.replace("f 1 2 4 3", "f 1 2 4\nf 1 4 3"),
+    "from the end.obj": VERTICES + re.sub(r"\b\d\b", lambda k: str(int(k[0]) - 9), QUADS),
+    "colours.obj": VERTICES.replace("\n", " 0.5 0.25 1\n") + QUADS,
+    "weights.obj": VERTICES.replace("\n", " 1.0\n") + QUADS,
+    "lines that go on.obj": VERTICES + QUADS.replace("1 2 4 3", "1 2 \\\n 4 3"),
+    "groups.obj": f"g a\n{VERTICES}s off\ng b c\nusemtl x\nl 1 2\np 1\n{QUADS}",
+    "texture and normal.obj": VERTICES + "vt 0 0\nvn 0 0 1\n" + re.sub(r"(?<= )(\d)", r"\1/1/1", QUADS),
+    "normal.obj": VERTICES + "vn 0 0 1\n" + re.sub(r"(?<= )(\d)", r"\1//1", QUADS),
+    "tabs.obj": (VERTICES + QUADS).replace(" ", "\t"),
+    "comments.obj": f"# a box\n{VERTICES}{QUADS}".replace("\n", " # so\n"),
+    "text.ply": PLY + VERTICES.replace("v ", "") + FROM_ZERO,
+    "text.off": "OFF\n8 6 0\n" + VERTICES.replace("v ", "") + FROM_ZERO,
+}
+REFUSED = {  # data, and what the message must say
+    "fewer than the head says.stl": (binary_stl(BOX, count=13), "head says 13 triangles, and its 684 bytes hold 12; "),
+    "more than the head says.stl": (binary_stl(BOX, count=11), "head says 11 triangles, and its 684 bytes hold 12"),
+    "cut.stl": (binary_stl(BOX)[:-20], "head says 12 triangles, and its 664 bytes hold 11; .* save it anew"),
+    "decimal comma.stl": (TEXT.replace(b"0.3", b"0,3"), "vertex 36 times, 18 times before three numbers, in 12 facets"),
+    "four corners.stl": (TEXT.replace(b"endloop", b"vertex 1 2 3\nendloop"), "vertex 48 times, .* in 12 facets; each"),
+    "only slivers.stl": (text_stl([[(1, 2, 3)] * 3]), "holds only triangles that have a corner twice"),
+    "corner 0.obj": (VERTICES + QUADS + "f 0 1 2", r"the face 'f 0 1 2' has the corner 0; numbers .* begin at 1"),
+    "corner 99.obj": (VERTICES + QUADS + "f 99 1 2", "a face has a corner that is none of its vertices"),
+    "corner -99.obj": (VERTICES + QUADS + "f -99 1 2", "a face has a corner that is none of its vertices"),
+    "billions.ply": (PLY.replace("vertex 8", "vertex 4000000000"), "cannot be read as PLY|holds no triangles"),
+    **{f"part.{kind}": (b"PK", r"is neither \.stl, \.obj, \.ply nor \.off; save the mesh in one of these: Blender")
+       for kind in ("dae", "step", "stp", "3mf", "glb", "gltf")},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", TAKEN)
+def test_file_as_other_programs_write_it_is_taken(tmp_path, name):
+    data = TAKEN[name]
+    scene = scene_of(tmp_path, data if isinstance(data, bytes) else data.encode(), name)
+    check_box(scene, 1e-6)  # measured 4.2e-7 where the file has float32
+    assert scene.notes == ()
+
+
+@pytest.mark.parametrize("kind", ["ply", "off", "obj", "stl"])
+def test_file_that_trimesh_writes_is_taken(tmp_path, kind):
+    import trimesh
+
+    data = trimesh.Trimesh(CORNERS, SIDES, process=False).export(file_type=kind)
+    check_box(scene_of(tmp_path, data if isinstance(data, bytes) else data.encode(), f"part.{kind}"), 1e-6)
+
+
+def test_polygons_of_an_l_are_its_triangles(tmp_path):
+    """Of six corners, one of them turned inwards: 0.75 m² by 1 m."""
+    outline = [(0.5, 1), (0, 1), (0, 0), (1, 0), (1, 0.5), (0.5, 0.5)]
+    lines = [f"v {x} {y} {z}" for z in (0, 1) for x, y in outline] + ["f 6 5 4 3 2 1", "f 7 8 9 10 11 12"]
+    lines += [f"f {k + 1} {(k + 1) % 6 + 1} {(k + 1) % 6 + 7} {k + 7}" for k in range(6)]
+    scene = scene_of(tmp_path, "\n".join(lines).encode(), "l.obj")
+    assert scene["body.mass"] == pytest.approx(750.0, rel=1e-12)
+    assert_allclose(scene["body.center_of_mass"], (5 / 12, 5 / 12, 0.5), rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_file_that_cannot_be_taken_is_refused_in_a_sentence(tmp_path, name):
+    data, message = REFUSED[name]
+    with pytest.raises(ValueError, match=message) as told:
+        scene_of(tmp_path, data if isinstance(data, bytes) else data.encode(), name)
+    assert str(told.value).startswith("parameter body.mesh_file = ")
