@@ -67,6 +67,8 @@ def _by_trimesh(content: bytes, kind: str) -> tuple[Floats, Integers]:
         raise ValueError(schema.shown(" ".join(str(reason).split()))) from None
     finally:
         log.disabled = disabled
+    if corners.shape != (len(corners), 3):
+        raise ValueError("a vertex has not three coordinates")
     if triangles.size and not 0 <= triangles.min() <= triangles.max() < len(corners):
         raise ValueError("a face has a corner that is none of its vertices")
     return corners, triangles

@@ -164,3 +164,12 @@ def test_node_takes_its_section_and_the_command_line_over_it(run_node, tmp_path)
     assert f"{file} has nothing for this node, /a/rigid_body_node: it has parameters for {found}" in lost.stderr
     for node in (own, lost, bare):
         node.assert_stopped_cleanly()
+
+
+def test_what_the_scene_tells_is_logged_once(run_node):
+    """Dimensions in mm; neither a change of a parameter nor the end says it again."""
+    node = run_node({"body.shape": "box", "body.dimensions": [300.0, 200.0, 100.0], "body.mass": 6.0})
+    node.wait_ready()
+    node.assert_stopped_cleanly()
+    (line,) = [line for line in node.stderr.splitlines() if "density" in line]
+    assert line.startswith("[WARN] ") and "give body.dimensions: [0.3, 0.2, 0.1]" in line

@@ -326,6 +326,7 @@ REFUSED = {  # data, and what the message must say
     "decimal comma.stl": (TEXT.replace(b"0.3", b"0,3"), "vertex 36 times, 18 times before three numbers, in 12 facets"),
     "four corners.stl": (TEXT.replace(b"endloop", b"vertex 1 2 3\nendloop"), "vertex 48 times, .* in 12 facets; each"),
     "only slivers.stl": (text_stl([[(1, 2, 3)] * 3]), "holds only triangles that have a corner twice"),
+    "two coordinates.obj": (re.sub(r" \S+\n", "\n", VERTICES) + QUADS, "not three coordinates|holds no triangles"),
     "corner 0.obj": (VERTICES + QUADS + "f 0 1 2", r"the face 'f 0 1 2' has the corner 0; numbers .* begin at 1"),
     "corner 99.obj": (VERTICES + QUADS + "f 99 1 2", "a face has a corner that is none of its vertices"),
     "corner -99.obj": (VERTICES + QUADS + "f -99 1 2", "a face has a corner that is none of its vertices"),
