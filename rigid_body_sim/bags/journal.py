@@ -35,6 +35,7 @@ _SOURCES = (
     "body.dimensions",
     "body.density",
     "body.mesh_file",
+    "body.mesh_scale",
     "body.urdf_file",
     "body.urdf_link",
 )

@@ -4,51 +4,67 @@ Each triangle makes a tetrahedron with a common point. Those that face away from
 negative, and what is outside the solid cancels; the integrals over a tetrahedron are polynomials in its corners.
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import ArrayLike
 
 from . import inertia
-from .arrays import Floats, Integers
+from .arrays import Floats, Integers, Vector
+from .body import positive
 from .mass_properties import MassProperties, mass_of
 
 # A volume this small beside area times extent is the round-off of a surface that encloses nothing.
 _FLAT = 1e-13
+_NEAR = 1e-6  # of an edge's length: a vertex so near to it lies on it, for a message
+_MOST_LOOKED_AT = 100  # open edges, for that message
 
 
 def of_mesh(
-    vertices: ArrayLike, triangles: ArrayLike, mass: float | None = None, density: float | None = None
+    vertices: ArrayLike,
+    triangles: ArrayLike,
+    mass: float | None = None,
+    density: float | None = None,
+    scale: Vector = (1.0, 1.0, 1.0),
 ) -> MassProperties:
     """Of the solid inside a closed surface, evenly filled, from its mass [kg] or its density [kg/m³].
 
     Parameters
     ----------
     vertices : array_like, shape (n, 3)
-        Corners [m].
+        Corners, in units of ``scale``. Messages name them by these numbers.
     triangles : array_like, shape (m, 3)
         Indices of corners, counter-clockwise seen from outside. Holes inside the solid are surfaces too, seen from the
         material.
+    scale : array_like, shape (3,)
+        Length [m] of one of these units along each axis, greater than zero.
 
-    A surface that cuts through itself is not noticed: what lies inside twice counts twice. So is a part that is inside
-    out and happens to lie in the box around another one: it is taken for a hole.
+    Closed parts may touch in a corner, along an edge or over a face: a wall of two triangles back to back counts for
+    nothing. A surface that cuts through itself is not noticed: what lies inside twice counts twice. So is a part that
+    is inside out and happens to lie in the box around another one: it is taken for a hole.
 
     Raises
     ------
     ValueError
         One sentence for each: wrong shapes, corners that are not finite, indices of no corner, a triangle that has a
-        corner twice, an open surface, an edge of more than two triangles, triangles of opposite orientation side by
-        side, a surface or part of one that is inside out, no volume, mass and density both given or both missing.
+        corner twice, an open surface, an edge of more than two triangles that do not bound parts, triangles of opposite
+        orientation side by side, a triangle that is there twice, a sheet without thickness, a surface or part of one
+        that is inside out, no volume, a scale that is not positive, mass and density both given or both missing.
     """
     corners, indices = _checked(vertices, triangles)
-    _check_edges(indices)
+    edges = _edges(indices)
+    _check_edges(edges, corners)
+    _check_sheets(edges, indices, corners)
+    sized = corners * [positive(unit, "scale of a mesh", "m") for unit in scale]
     # About a point of its own, a solid far from the origin loses no digits.
-    middle = corners.mean(axis=0)
-    volumes, tetrahedra = _tetrahedra(corners - middle, indices)
+    middle = sized.mean(axis=0)
+    volumes, tetrahedra = _tetrahedra(sized - middle, indices)
     volume = volumes.sum()
     _check_volume(volume, tetrahedra)
-    _check_parts(indices, volumes, corners)
+    _check_parts(edges, indices, volumes, corners)
     from_middle = volumes @ tetrahedra.sum(axis=1) / (4.0 * volume)
     total = mass_of(volume, mass, density)
-    volumes, tetrahedra = _tetrahedra(corners - middle - from_middle, indices)
+    volumes, tetrahedra = _tetrahedra(sized - middle - from_middle, indices)
     tensor = inertia.from_second_moment(_second_moment(volumes, tetrahedra)) * (total / volume)
     return MassProperties(total, tensor, middle + from_middle)
 
@@ -86,48 +102,136 @@ def _checked(vertices: ArrayLike, triangles: ArrayLike) -> tuple[Floats, Integer
     return corners, indices.astype(np.int64)
 
 
-def _check_edges(indices: Integers) -> None:
-    """Every edge of a closed surface belongs to two triangles, which run along it in opposite directions."""
-    edges = np.concatenate((indices[:, :2], indices[:, 1:], indices[:, (2, 0)]))
-    low, high = edges.min(axis=1), edges.max(axis=1)
-    keys, which, count = np.unique(low * (indices.max() + 1) + high, return_inverse=True, return_counts=True)
-    forward = np.bincount(which, weights=edges[:, 0] < edges[:, 1])
+@dataclass(frozen=True, eq=False)
+class _Edges:
+    """The k edges of m triangles.
+
+    ``ends`` are their vertices, shape (k, 2), the lower number first; ``of`` the edges of each triangle, (m, 3), from
+    each corner to the next; ``sign`` is 1 where it goes from the lower end, else -1; ``count`` is of triangles, (k,),
+    and ``surplus`` the sum of the signs: 0 where as many go one way as the other, as on every edge of a closed surface.
+    """
+
+    ends: Integers
+    of: Integers
+    sign: Integers
+    count: Integers
+    surplus: Integers
+
+
+def _edges(indices: Integers) -> _Edges:
+    following = np.roll(indices, -1, axis=1)
+    width = indices.max() + 1
+    keys = np.minimum(indices, following) * width + np.maximum(indices, following)
+    found, of, count = np.unique(keys, return_inverse=True, return_counts=True)
+    of, sign = of.reshape(indices.shape), np.where(indices < following, 1, -1)
+    surplus = np.bincount(of.ravel(), weights=sign.ravel()).astype(np.int64)
+    return _Edges(np.stack(np.divmod(found, width), axis=1), of, sign, count, surplus)
+
+
+def open_corners(triangles: Integers) -> Integers:
+    """The vertices, ascending, at edges along which not as many triangles go one way as the other."""
+    edges = _edges(triangles)
+    return np.flatnonzero(np.bincount(edges.ends[edges.surplus != 0].ravel()))
+
+
+def _check_edges(edges: _Edges, vertices: Floats) -> None:
+    """Along every edge of a closed surface as many triangles go one way as the other, several where parts touch."""
     for wrong, reason in (
-        (count == 1, "is open: {n} edges belong to one triangle only, such as that of vertices {edge}; close it"),
-        (count > 2, "is not a surface: {n} edges belong to more than two triangles, such as that of vertices {edge}"),
-        (forward * 2 != count, "turns inside out: at {n} edges, such as that of vertices {edge}, two triangles run the "
-         "same way; all must be counter-clockwise seen from outside"),
+        (edges.count == 1, "is open: {n} edges belong to one triangle only, such as that {edge}; close it"),
+        (edges.count > 2, "is not a surface: {n} edges belong to more than two triangles that are not the sides of "
+         "closed parts, such as that {edge}; leave out what is not the skin of a solid"),
+        (edges.count == 2, "turns inside out: at {n} edges, such as that {edge}, two triangles run the same way; "
+         "all must be counter-clockwise seen from outside"),
     ):  # fmt: skip
-        if wrong.any():
-            edge = divmod(int(keys[wrong][0]), int(indices.max()) + 1)
-            raise ValueError("mesh " + reason.format(n=wrong.sum(), edge=edge))
+        if (wrong := wrong & (edges.surplus != 0)).any():
+            ends = edges.ends[wrong]
+            edge = _t_junction(ends, vertices) or _between(*vertices[ends[0]])
+            raise ValueError("mesh " + reason.format(n=len(ends), edge=edge))
 
 
-def _check_parts(indices: Integers, volumes: Floats, corners: Floats) -> None:
+def _t_junction(ends: Integers, vertices: Floats) -> str:
+    """Words for one of the first edges on which another of these edges ends; empty where there is none."""
+    others = vertices[np.unique(ends)]
+    for a, b in vertices[ends[:_MOST_LOOKED_AT]]:
+        along = (others - a) @ (b - a) / ((b - a) @ (b - a))
+        off = np.abs(others - a - along[:, None] * (b - a)).max(axis=1)
+        on = (along > _NEAR) & (along < 1.0 - _NEAR) & (off < _NEAR * np.abs(b - a).max())
+        if on.any():
+            return f"{_between(a, b)}, on which {_shown(others[on][0])} lies as a corner of other triangles only"
+    return ""
+
+
+def _between(a: Floats, b: Floats) -> str:
+    return f"from {_shown(a)} to {_shown(b)}"
+
+
+def _shown(vertex: Floats) -> str:
+    """As in a file, whose numbers may be float32."""
+    return f"({', '.join(f'{number + 0.0:.9g}' for number in vertex)})"
+
+
+def _check_sheets(edges: _Edges, indices: Integers, vertices: Floats) -> None:
+    """No triangle is there twice, and none lies back to back with another that nothing else joins: a fin."""
+    opposite = np.roll(indices, 1, axis=1)
+    total = np.bincount(edges.of.ravel(), weights=opposite.ravel())
+    fin = (edges.count[edges.of] == 2) & (total[edges.of] == 2 * opposite)
+    if fin.any():
+        edge = edges.ends[edges.of[fin][0]]
+        raise ValueError(
+            f"mesh has a sheet without thickness, with an edge {_between(*vertices[edge])} of two triangles that have "
+            "the same corners; leave it out or give it a thickness"
+        )
+    many = indices[(edges.count[edges.of] > 2).all(axis=1)]
+    turned = np.take_along_axis(many, (many.argmin(axis=1)[:, None] + np.arange(3)) % 3, axis=1)
+    found, count = np.unique(turned, axis=0, return_counts=True)
+    if (count > 1).any():
+        corners = ", ".join(map(_shown, vertices[found[count > 1][0]]))
+        raise ValueError(f"mesh has {np.sum(count > 1)} triangles twice, such as that of {corners}; leave one out")
+
+
+def _check_parts(edges: _Edges, indices: Integers, volumes: Floats, vertices: Floats) -> None:
     """A closed part that is inside out must be a hole: it lies in the box around a part that is not."""
-    names, part = np.unique(_parts(indices, len(corners)), return_inverse=True)
+    _, first, part = np.unique(_parts(edges), return_index=True, return_inverse=True)
     volume = np.bincount(part, weights=volumes)
-    low, high = np.full((len(names), 3), np.inf), np.full((len(names), 3), -np.inf)
-    np.minimum.at(low, part, corners[indices].min(axis=1))
-    np.maximum.at(high, part, corners[indices].max(axis=1))
+    low, high = np.full((len(first), 3), np.inf), np.full((len(first), 3), -np.inf)
+    np.minimum.at(low, part, vertices[indices].min(axis=1))
+    np.maximum.at(high, part, vertices[indices].max(axis=1))
     solid = volume > 0.0
     for k in np.flatnonzero(volume < -_FLAT * volume.sum()):
         if not ((low[solid] <= low[k]) & (high[k] <= high[solid])).all(axis=1).any():
             raise ValueError(
-                f"mesh is inside out where vertex {names[k]} is: that part has the volume {volume[k]:.6g} m³ and is no "
-                "hole in another; its triangles must be counter-clockwise seen from outside"
+                f"mesh is inside out where the vertex {_shown(vertices[indices[first[k], 0]])} is: that part has the "
+                f"volume {volume[k]:.6g} m³ and is no hole in another; its triangles must be counter-clockwise seen "
+                "from outside"
             )
 
 
-def _parts(indices: Integers, n: int) -> Integers:
-    """The smallest number of a vertex to which each triangle is connected, shape (m,)."""
+def _parts(edges: _Edges) -> Integers:
+    """A number for each triangle, shape (m,), the same for those of one closed part.
+
+    Parts may touch along an edge: it joins only triangles that would be open without it.
+    """
+    many, k = edges.count[edges.of] > 2, len(edges.ends)
+    apart = np.where(many, k + np.arange(edges.of.size).reshape(-1, 3), edges.of)
+    part = _connected(apart, k + edges.of.size)
+    if not many.any():
+        return part
+    keys = np.stack((edges.of[many], np.broadcast_to(part[:, None], many.shape)[many]), axis=1)
+    _, which = np.unique(keys, axis=0, return_inverse=True)
+    surplus = np.bincount(which.ravel(), weights=edges.sign[many])[which.ravel()]
+    apart[many] = np.where(surplus != 0, edges.of[many], apart[many])
+    return _connected(apart, k + edges.of.size)
+
+
+def _connected(indices: Integers, n: int) -> Integers:
+    """The smallest of n numbers to which each row of indices is connected by common ones, shape (m,)."""
     label = np.arange(n)
     while True:
         found = label[indices]
         lowest = found.min(axis=1)
         if (found == lowest[:, None]).all():
             return lowest
-        # A label is the number of a vertex: giving that one the lower label moves all that carry it at once.
+        # A label is one of the numbers: giving that one the lower label moves all that carry it at once.
         np.minimum.at(label, found, lowest[:, None])
         while (label[label] != label).any():
             label = label[label]

@@ -36,6 +36,8 @@ class RigidBodyNode(Node):
         self._is_default = not parameters.all_given(self, given)
         self.scene = parameters.declare(self, given)
         self._check_clock()
+        for note in self.scene.notes:
+            self.get_logger().warning(note)
         self.simulation = recording.simulation_of(self.scene)
         self._outputs = Outputs(self, self.scene, self.simulation)
         self.loop = Loop(self.scene, self.simulation, self._outputs, self.get_logger().error)

@@ -211,10 +211,11 @@ _NO_TURN = (1.0, 0.0, 0.0, 0.0)
 def _look(scene: Scene, body: Body) -> tuple[str, Sequence[float], Sequence[float], Sequence[float]]:
     """Kind of marker, size [m], and where it sits in the body frame: point [m] and quaternion w, x, y, z.
 
-    A body of no shape that a marker has shows as the even ellipsoid of its mass and inertia, I_x = m (b² + c²) / 5.
+    The size of a mesh is the length of its units. A body of no shape that a marker has shows as the even ellipsoid of
+    its mass and inertia, I_x = m (b² + c²) / 5.
     """
     if scene["body.mesh_file"]:
-        return "MESH_RESOURCE", (1.0, 1.0, 1.0), (0.0, 0.0, 0.0), _NO_TURN
+        return "MESH_RESOURCE", scene["body.mesh_scale"], (0.0, 0.0, 0.0), _NO_TURN
     center = body.center_of_mass.tolist()
     if scene["body.shape"] in _SHAPES:
         kind, size = _SHAPES[scene["body.shape"]]

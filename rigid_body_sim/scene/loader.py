@@ -1,5 +1,6 @@
 """Scenes: checked parameters, read from a ROS parameter file or any mapping, and the physics they describe."""
 
+import logging
 import os
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -38,6 +39,7 @@ class Frame:
 
 MOST_STEPS_PER_PUBLISH = 1e9
 DEFAULT_NODE = "/rigid_body_node"
+_log = logging.getLogger("rigid_body_sim")
 
 
 class Scene:
@@ -46,7 +48,7 @@ class Scene:
     They are given by dotted names or nested, ``{"body": {"mass": 2.0}}``. Mass, inertia and centre of mass have the
     values in use, also where they follow from a shape or a file; so has a quaternion that was given as angles.
     Relative paths of files begin at ``folder``, by default the working directory; what another scene has read already
-    is in ``files``.
+    is in ``files``. ``notes`` are sentences about how it was read that whoever gave it should see once.
 
     Raises ValueError, with a sentence that names the parameter, for an unknown name, a bad value, or values that do not
     go together.
@@ -62,7 +64,9 @@ class Scene:
         self._given, self._folder = schema.flat(given or {}), folder
         self._files: mass_source.Files = {} if files is None else files
         self.values = attitude.read(self._given)
-        self.values.update(mass_source.resolve(self.values, self._given, folder, self._files))
+        source = mass_source.resolve(self.values, self._given, folder, self._files)
+        self.values.update(source.followed)
+        self.notes = source.notes
         self.steps_per_publish = self._steps_per_publish()
         self.frames = self._frames()
         self.body()
@@ -172,15 +176,20 @@ def load_scene(path: str | os.PathLike[str], node: str = "") -> Scene:
     """The scene in a ROS parameter file, as the node of the full name ``node`` takes it: see parameter_file.
 
     Without ``node`` it is that of ``/rigid_body_node``, or of the only node in the file. Relative paths in it begin at
-    its folder. Raises OSError when the file cannot be read and ValueError, beginning with the path, when it is not such
-    a file, has nothing for that node, or holds a parameter that is unknown or bad.
+    its folder. The scene's notes are logged as warnings.
+
+    Raises OSError when the file cannot be read and ValueError, beginning with the path, when it is not such a file, has
+    nothing for that node, or holds a parameter that is unknown or bad.
     """
     file = parameter_file.read(path)
     try:
         given = file.parameters(f"/{node.strip('/')}" if node else _node_in(file))
-        return Scene({name: value for name, value in given.items() if not schema.belongs_to_ros(name)})
+        scene = Scene({name: value for name, value in given.items() if not schema.belongs_to_ros(name)})
     except ValueError as reason:
         raise ValueError(f"{os.fspath(path)}: {schema.one_line(reason)}") from None
+    for note in scene.notes:
+        _log.warning("%s: %s", os.fspath(path), note)
+    return scene
 
 
 def _node_in(file: parameter_file.ParameterFile) -> str:

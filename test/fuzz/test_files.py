@@ -383,7 +383,18 @@ def obj():
     return (corners + "".join(f"f {a + 1} {b + 1} {c + 1}\n" for a, b, c in FACES)).encode()
 
 
-MESHES = [(binary_stl(), "stl"), (text_stl(), "stl"), (obj(), "obj")]
+def off():
+    corners = "".join(f"{x} {y} {z}\n" for x, y, z in CORNERS)
+    return ("OFF\n4 4 0\n" + corners + "".join(f"3 {a} {b} {c}\n" for a, b, c in FACES)).encode()
+
+
+def ply():
+    head = "ply\nformat binary_little_endian 1.0\nelement vertex 4\nproperty double x\nproperty double y\n"
+    head += "property double z\nelement face 4\nproperty list uchar int vertex_indices\nend_header\n"
+    return head.encode() + CORNERS.astype("<f8").tobytes() + b"".join(struct.pack("<B3i", 3, *face) for face in FACES)
+
+
+MESHES = [(binary_stl(), "stl"), (text_stl(), "stl"), (obj(), "obj"), (off(), "off"), (ply(), "ply")]
 WORDS = [
     b"nan",
     b"inf",
@@ -399,6 +410,9 @@ WORDS = [
     b"endsolid",
     b"v ",
     b"f ",
+    b"OFF",
+    b"property list int double x\n",
+    b"element vertex 4000000000\n",
 ]
 WORDS += [
     b"mtllib /etc/passwd\nusemtl a\n",

@@ -10,7 +10,7 @@ from numpy.testing import assert_allclose
 
 from rigid_body_sim.physics import rotation
 from rigid_body_sim.physics.mass_properties import combine, of_point_masses
-from rigid_body_sim.physics.mesh import _parts, of_mesh
+from rigid_body_sim.physics.mesh import _edges, _parts, of_mesh
 
 pytestmark = pytest.mark.no_numba
 
@@ -85,7 +85,7 @@ def test_long_strip_is_one_part():
     order = np.random.default_rng(1).permutation(len(corners))
     shuffled = np.empty_like(corners)
     shuffled[order] = corners
-    assert set(_parts(order[triangles], len(corners)).tolist()) == {0}
+    assert set(_parts(_edges(order[triangles])).tolist()) == {0}
     (a, b), (c, d) = np.subtract(ring[1], ring[0]), np.subtract(ring[2], ring[0])
     area = (a * d - b * c) / 2
     assert of_mesh(shuffled, order[triangles], density=1.0).mass == pytest.approx(
@@ -107,22 +107,85 @@ def with_flipped(faces, k):
     return flipped
 
 
+BOX = np.array([(x, y, z) for x in (0, 1) for y in (0, 1) for z in (0, 1)], float)
+SIDES = np.array([(0, 1, 3), (0, 3, 2), (4, 6, 7), (4, 7, 5), (0, 4, 5), (0, 5, 1),
+                  (2, 3, 7), (2, 7, 6), (0, 2, 6), (0, 6, 4), (1, 5, 7), (1, 7, 3)])  # fmt: skip
+
+
+def merged(corners, triangles):
+    vertices, number = np.unique(corners, axis=0, return_inverse=True)
+    return vertices, number.ravel()[triangles]
+
+
+def touching(where, flip=False):
+    """A box, one like it at x, y, z, perhaps inside out, and a large one elsewhere.
+
+    Where the last of ``where`` is 1, other diagonals part the second one's sides.
+    """
+    x, y, z, turned = where
+    second = BOX[:, ::-1] if turned else BOX
+    sides = SIDES[:, ::-1] if bool(turned) != flip else SIDES
+    return merged(
+        np.concatenate((BOX, np.add(second, (x, y, z)), 2 * BOX + 5)), np.concatenate((SIDES, sides + 8, SIDES + 16))
+    )
+
+
+def t_junction():
+    """A box one of whose edges has a vertex in the middle on one side only."""
+    faces = np.concatenate((SIDES[(SIDES != (0, 4, 5)).any(axis=1)], [(0, 8, 5), (8, 4, 5)]))
+    return np.concatenate((BOX, [(0.5, 0, 0)])), faces
+
+
+@pytest.mark.parametrize("where", [(0, 1, 1, 0), (1, 1, 1, 0), (0, 0, 1, 0), (0, 0, 1, 1), (1, 0, 0, 1), (0, 1, 0, 1)])
+def test_closed_parts_may_share_an_edge_a_corner_or_a_face(where):
+    found = of_mesh(*touching(where), density=3.0)
+    one = of_mesh(BOX, SIDES, density=3.0)
+    expected = combine([one, one.placed(where[:3]), of_mesh(2 * BOX + 5, SIDES, density=3.0)])
+    assert found.mass == pytest.approx(30.0, rel=1e-14, abs=0)
+    assert_allclose(found.center_of_mass, expected.center_of_mass, rtol=0, atol=1e-13)
+    assert_allclose(found.inertia, expected.inertia, rtol=0, atol=1e-11)
+
+
 BAD = {  # vertices, triangles, and what the message must say
-    "open": (TETRAHEDRON, FACES[:3], r"mesh is open: 3 edges belong to one triangle only, such as .*\(1, 2\)"),
+    "open": (
+        TETRAHEDRON,
+        FACES[:3],
+        r"mesh is open: 3 edges belong to one triangle only, such as that from \(1, 0, 0\) to \(0, 1, 0\)",
+    ),
     "inside out": (TETRAHEDRON, FACES[:, ::-1], r"mesh is inside out: its volume is -0\.166667 m³"),
     "one flipped": (TETRAHEDRON, with_flipped(FACES, 1), "mesh turns inside out: at 3 edges"),
     "one part inside out": (
         np.concatenate((TETRAHEDRON, 2.0 + TETRAHEDRON / 4)),
         np.concatenate((FACES, FACES[:, ::-1] + 4)),
-        r"mesh is inside out where vertex 4 is: that part has the volume -0\.00260417 m³ and is no hole",
+        r"mesh is inside out where the vertex \(2\.25, 2, 2\) is: that part has the volume -0\.00260417 m³ and is no h",
     ),
     "fin": (
         np.concatenate((TETRAHEDRON, [(1, 1, 1)])),
         np.concatenate((FACES, [(0, 1, 4), (0, 4, 1)])),
-        r"mesh is not a surface: 1 edges belong to more than two triangles, such as that of vertices \(0, 1\)",
+        r"mesh has a sheet without thickness, with an edge from \(1, 0, 0\) to \(1, 1, 1\) of two triangles that",
     ),
+    "three triangles at an edge": (
+        np.concatenate((TETRAHEDRON, [(1, 1, 1)])),
+        np.concatenate((FACES, [(0, 1, 4), (4, 1, 3), (3, 0, 4)])),
+        r"mesh is not a surface: 3 edges belong to more than two triangles .* from \(0, 0, 0\) to \(1, 0, 0\)",
+    ),
+    "twice the same": (
+        TETRAHEDRON,
+        np.concatenate((FACES, FACES)),
+        r"mesh has 4 triangles twice, such as that of \(0, ",
+    ),
+    "one of two that share an edge inside out": (
+        *touching((0, 1, 1, 0), flip=True),
+        "mesh is inside out where the vertex",
+    ),
+    "one of two that share a corner inside out": (
+        *touching((1, 1, 1, 0), flip=True),
+        "mesh is inside out where the vert",
+    ),
+    "one of two that share a face inside out": (*touching((0, 0, 1, 0), flip=True), "mesh has 2 triangles twice"),
+    "T-junction": (*t_junction(), r"is open: 3 edges .* to .*, on which \(0\.5, 0, 0\) lies as a corner of other"),
     "flat": (TETRAHEDRON * (1, 1, 0), FACES, "mesh encloses no volume"),
-    "two-sided sheet": (TETRAHEDRON, np.array([(0, 1, 2), (0, 2, 1)]), "mesh encloses no volume"),
+    "two-sided sheet": (TETRAHEDRON, np.array([(0, 1, 2), (0, 2, 1)]), "mesh has a sheet without thickness"),
     "all in a point": (np.zeros((4, 3)), FACES, "mesh encloses no volume"),
     "corner twice": (TETRAHEDRON, np.array([(0, 1, 1)]), "mesh triangle 0 has one corner twice"),
     "no such vertex": (TETRAHEDRON, np.array([(0, 1, 4)]), "a corner that is no vertex; give whole numbers 0 to 3"),

@@ -296,9 +296,9 @@ def test_marker_of_a_mesh_is_its_file(tmp_path):
     trimesh = pytest.importorskip("trimesh")
     file = tmp_path / "box.stl"
     trimesh.creation.box((1.0, 2.0, 3.0)).apply_translation((0.5, 0.0, 0.0)).export(file)
-    marker = marker_of(body__mesh_file=str(file))
+    marker = marker_of(body__mesh_file=str(file), body__mesh_scale=(1.0, 0.5, 2.0))
     assert (marker.type, marker.mesh_resource) == (marker.MESH_RESOURCE, f"file://{file}")
-    assert _xyz(marker.scale) == (1.0, 1.0, 1.0)
+    assert _xyz(marker.scale) == (1.0, 0.5, 2.0)
     assert _xyz(marker.pose.position) == pytest.approx(
         (1.0, 2.0, 3.0), abs=1e-15
     )  # of the body frame, as the file's numbers

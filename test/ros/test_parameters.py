@@ -183,3 +183,12 @@ def test_queue_that_none_can_have_is_refused(depth):
     node = SimpleNamespace(_parameter_overrides={"qos_overrides./pose.publisher.depth": SimpleNamespace(value=depth)})
     with pytest.raises(ValueError, match=r"/pose\.publisher\.depth = .* from 1 to 1000000; give one such as 10"):
         parameters.all_given(node, {})
+
+
+def test_what_the_scene_tells_is_logged_once(run_node):
+    """Dimensions in mm; neither a change of a parameter nor the end says it again."""
+    node = run_node({"body.shape": "box", "body.dimensions": [300.0, 200.0, 100.0], "body.mass": 6.0})
+    node.wait_ready()
+    node.assert_stopped_cleanly()
+    (line,) = [line for line in node.stderr.splitlines() if "density" in line]
+    assert line.startswith("[WARN] ") and "give body.dimensions: [0.3, 0.2, 0.1]" in line

@@ -176,7 +176,7 @@ BAD = {  # parameters, and what the message must say
     "folder": ({"body.urdf_file": "."}, r"parameter body\.urdf_file = '\.': .*[Dd]irectory"),
     "package": ({"body.urdf_file": "package://none_such/b.urdf"}, "package 'none_such' is not installed in any of"),
     "URL": ({"body.mesh_file": "http://a/b.stl"}, r"parameter body\.mesh_file .* http:// is not supported, as files"),
-    "other format": ({"body.mesh_file": "hull.urdf"}, r"is neither \.stl nor \.obj"),
+    "other format": ({"body.mesh_file": "hull.urdf"}, r"is neither \.stl, \.obj, \.ply nor \.off; save"),
     "zero byte": ({"body.urdf_file": "a\0b"}, r"parameter body\.urdf_file .* null byte"),
 }  # fmt: skip
 
@@ -218,7 +218,7 @@ def test_mesh_contradicted_by_a_centre_of_mass_is_refused(folder):
 def test_mesh_file_without_trimesh_says_what_to_install(folder, monkeypatch):
     monkeypatch.setitem(__import__("sys").modules, "trimesh", None)
     with pytest.raises(ValueError, match=r"read with trimesh, which is not installed: pip install trimesh"):
-        Scene({"body.mesh_file": "box.stl"}, folder)
+        Scene({"body.mesh_file": "box.obj"}, folder)
 
 
 @needs_trimesh
