@@ -1,7 +1,8 @@
-"""Names for the types that most functions here take and give."""
+"""Names for the types that most functions here take and give, and how messages write them."""
 
+from array import array
 from collections.abc import Sequence
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,3 +10,10 @@ from numpy.typing import NDArray
 Floats: TypeAlias = NDArray[np.float64]
 Integers: TypeAlias = NDArray[np.int64]
 Vector: TypeAlias = Sequence[float] | Floats  # a few numbers, as users give them
+
+
+def plain(value: Any) -> Any:
+    """``value`` with lists in place of all arrays and tuples, and Python's numbers: for messages to quote."""
+    if isinstance(value, np.ndarray | np.generic | array):
+        return value.tolist()
+    return [plain(entry) for entry in value] if isinstance(value, list | tuple) else value

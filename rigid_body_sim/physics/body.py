@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from . import inertia as inertia_module
-from .arrays import Floats
+from .arrays import Floats, plain
 
 
 class Body:
@@ -42,10 +42,10 @@ class Body:
         inertia_module.check(self.inertia)
         self.center_of_mass = np.array(center_of_mass, float)
         if self.center_of_mass.shape != (3,) or not np.isfinite(self.center_of_mass).all():
-            raise ValueError(f"center_of_mass {center_of_mass!r} must be three finite numbers in m")
+            raise ValueError(f"center_of_mass {plain(center_of_mass)!r} must be three finite numbers in m")
         if np.abs(self.center_of_mass).max() > inertia_module.MOST:
             raise ValueError(
-                f"center_of_mass {center_of_mass!r} is farther than {inertia_module.MOST:g} m from the origin"
+                f"center_of_mass {plain(center_of_mass)!r} is farther than {inertia_module.MOST:g} m from the origin"
             )
         self.principal_moments, self.q_body_principal = inertia_module.principal_axes(self.inertia)
         for array in (self.inertia, self.center_of_mass, self.principal_moments, self.q_body_principal):
@@ -67,8 +67,8 @@ class Body:
 
     def __repr__(self) -> str:
         return (
-            f"Body(mass={self.mass!r}, inertia={tuple(self.inertia_entries.tolist())}, "
-            f"center_of_mass={tuple(self.center_of_mass.tolist())})"
+            f"Body(mass={self.mass!r}, inertia={self.inertia_entries.tolist()}, "
+            f"center_of_mass={self.center_of_mass.tolist()})"
         )
 
 

@@ -41,7 +41,7 @@ class Drag:
             values = three_finite(getattr(self, name), f"drag {name}")
             if min(values) < 0.0:
                 raise ValueError(
-                    f"drag {name} {values} has a negative entry; drag takes energy out, so none may be below 0"
+                    f"drag {name} {list(values)} has a negative entry; drag takes energy out, so none may be below 0"
                 )
             object.__setattr__(self, name, values)
 

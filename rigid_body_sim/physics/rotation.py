@@ -236,7 +236,7 @@ def _length(q: ArrayLike) -> float:
     if not SMALLEST_NORM <= length < math.inf:
         raise ValueError(
             f"quaternion {np.asarray(q, float).tolist()} has norm {length:g}; "
-            f"an attitude needs finite components and a norm of at least {SMALLEST_NORM:g}, such as (1, 0, 0, 0)"
+            f"an attitude needs finite components and a norm of at least {SMALLEST_NORM:g}, such as w = 1 and else 0"
         )
     return length
 

@@ -106,7 +106,7 @@ class State:
         return self.values[10:13]
 
     def __repr__(self) -> str:
-        p, q, v, w = (tuple(self.values[a:b].tolist()) for a, b in ((0, 3), (3, 7), (7, 10), (10, 13)))
+        p, q, v, w = (self.values[a:b].tolist() for a, b in ((0, 3), (3, 7), (7, 10), (10, 13)))
         return f"{type(self).__name__}(position={p}, orientation={q}, velocity={v}, angular_velocity={w})"
 
 

@@ -5,7 +5,7 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from .arrays import Floats, Vector
+from .arrays import Floats, Vector, plain
 from .rotation import cross, qrotate_back
 
 PointForce = tuple[Sequence[float], Sequence[float]]  # where [m, body axes from its origin], force there [N, world]
@@ -108,8 +108,8 @@ class Wrench:
         return isinstance(other, Wrench) and self.values == other.values and self.points == other.points
 
     def __repr__(self) -> str:
-        f, t, g, u = (self.values[i : i + 3] for i in (0, 3, 6, 9))
-        points = f", points={self.points}" if self.points else ""
+        f, t, g, u = (list(self.values[i : i + 3]) for i in (0, 3, 6, 9))
+        points = f", points={plain(self.points)}" if self.points else ""
         return f"Wrench(force_body={f}, torque_body={t}, force_world={g}, torque_world={u}{points})"
 
     @staticmethod
@@ -117,7 +117,8 @@ class Wrench:
         """The twelve values as floats. Raises the sentence for the first that breaks a rule, or for their sum."""
         values = tuple(number for name, value in given.items() for number in three_finite(value, name))
         if not math.isfinite(sum(values)):
-            raise ValueError(f"wrench {given} is too large; the sum of its components must be a finite number")
+            shown = ", ".join(f"{name} {plain(value)}" for name, value in given.items())
+            raise ValueError(f"wrench {shown} is too large; the sum of its components must be a finite number")
         return values
 
 
@@ -127,7 +128,7 @@ def total(wrenches: Iterable[Wrench]) -> Wrench:
     try:
         values = tuple(map(math.fsum, zip(*(wrench.values for wrench in given), strict=True))) or (0.0,) * 12
     except OverflowError:
-        raise ValueError(f"the wrenches {given} add up to more than a float holds; give smaller ones") from None
+        raise ValueError(f"the wrenches {list(given)} add up to more than a float holds; give smaller ones") from None
     points = [point for wrench in given for point in wrench.points]
     return Wrench(values[0:3], values[3:6], values[6:9], values[9:12], points or NO_POINTS)
 
@@ -139,7 +140,7 @@ def three_finite(value: Vector, name: str) -> tuple[float, float, float]:
     except (TypeError, ValueError, OverflowError):
         numbers = ()
     if len(numbers) != 3 or not all(math.isfinite(component) for component in numbers):
-        raise ValueError(f"{name} {value!r} must be three finite numbers (x, y, z)")
+        raise ValueError(f"{name} {plain(value)!r} must be three finite numbers (x, y, z)")
     return numbers
 
 
@@ -147,5 +148,7 @@ def _point(entry: tuple[Sequence[float], Sequence[float]]) -> tuple[tuple[float,
     try:
         point, force = entry
     except (TypeError, ValueError):
-        raise ValueError(f"point {entry!r} must be a pair: where (x, y, z), and the force there (x, y, z)") from None
+        raise ValueError(
+            f"point {plain(entry)!r} must be a pair: where (x, y, z), and the force there (x, y, z)"
+        ) from None
     return three_finite(point, "point"), three_finite(force, "force at a point")

@@ -8,7 +8,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from ..integrators import RULE
-from ..scene import schema
+from ..scene import parameter_file, schema
 from ..scene.loader import Scene
 
 _QOS = "qos_overrides."
@@ -18,8 +18,10 @@ _QOS_CHOICES = {
     "reliability": ("system_default", "reliable", "best_effort"),
 }
 
+_FIXED = "is read at start only; start the node again with another value for it"
+SIM_TIME = "use_sim_time"
 _USE_SIM_TIME = (
-    "parameter use_sim_time = true: this node makes the simulated time and would wait for itself; leave it false here "
+    f"parameter {SIM_TIME} = true: this node makes the simulated time and would wait for itself; leave it false here "
     "and set it on the nodes that follow"
 )
 
@@ -30,7 +32,7 @@ def declare(node: Node, given: Mapping[str, Any]) -> Scene:
     Raises ValueError, with a sentence that names the parameter, when one is unknown or bad.
     """
     scene = Scene(all_given(node, given))
-    if node.get_parameter("use_sim_time").value:
+    if node.get_parameter(SIM_TIME).value:
         raise ValueError(_USE_SIM_TIME)
     declare_values(node, scene.values, schema.BY_NAME)
     return scene
@@ -49,63 +51,115 @@ def declare_values(node: Node, values: Mapping[str, Any], table: Mapping[str, sc
             node.declare_parameter(name, _plain(value), _descriptor(parameter), ignore_override=True)
 
 
-class Changes:
-    """Lets dynamic parameters change while the node runs, all that are set together or none.
+class Refusals:
+    """Lets a node answer what it refuses in its own words, where rclpy has but "read-only" and "Wrong parameter type".
 
-    ``take(scene)`` gets the scene with the new values; it raises ValueError, and has done nothing, to refuse it. No
-    exception may leave a callback: it would end the node.
+    rclpy looks at the parameters that the first callback hands on, so what will be refused is kept from it: it gets
+    use_sim_time, which every node has and may set, with the value that it has. No exception may leave a callback: it
+    would end the node.
     """
 
-    def __init__(self, node: Node, scene: Scene, take: Callable[[Scene], None]):
-        self._node, self._scene, self._take = node, scene, take
+    def __init__(self, node: Node, table: Mapping[str, schema.Parameter]):
+        self._node, self._table = node, table
         node.add_pre_set_parameters_callback(self._complete)
         node.add_on_set_parameters_callback(self._set)
 
     def _complete(self, parameters: list[Parameter]) -> list[Parameter]:
-        """Whole numbers as floats where those are meant, and what follows from the new values beside them."""
-        self._asked = {parameter.name: parameter for parameter in map(_as_declared, parameters)}
+        self._asked = {parameter.name: parameter for parameter in map(self._as_declared, parameters)}
         try:
-            changed = self._changed().values
+            self._check()
+            return [*self._asked.values(), *self._following()]
         except ValueError:
-            # Refused with the reason once rclpy has looked at names and types. Of an unknown name it does not tell
-            # which it is, and an empty list it does not pass on.
-            known = [parameter for name, parameter in self._asked.items() if self._node.has_parameter(name)]
-            return known or [Parameter("body.mass", value=self._scene["body.mass"])]
-        old = self._scene.values
-        also = [name for name, value in changed.items() if name not in self._asked and value != old.get(name)]
-        return [*self._asked.values(), *(Parameter(name, value=_plain(changed[name])) for name in also)]
+            return [self._node.get_parameter(SIM_TIME)]
 
     def _set(self, _: list[Parameter]) -> SetParametersResult:
-        sim_time = self._asked.get("use_sim_time")
-        if sim_time is not None and sim_time.value:
-            return SetParametersResult(successful=False, reason=_USE_SIM_TIME)
         try:
-            scene = self._changed()
-            self._take(scene)
+            self._check()
+            self._accept()
         except ValueError as reason:
             return SetParametersResult(successful=False, reason=str(reason))
-        self._scene = scene
         return SetParametersResult(successful=True)
 
+    def _check(self) -> None:
+        """Raise ValueError for a parameter that is none, is fixed, or arrived as a text that was meant for numbers."""
+        for name, parameter in self._asked.items():
+            given = f"parameter {schema.shown_name(name)} = {schema.shown(parameter.value)}:"
+            if parameter.type_ == Parameter.Type.NOT_SET:
+                raise ValueError(f"{given} is no value, and parameters cannot be taken away; give one")
+            if not schema.belongs_to_ros(name):
+                self._check_own(given, schema.find(name, self._table), parameter)
+            elif name != SIM_TIME:
+                raise ValueError(f"{given} {_FIXED}")
+
+    def _check_own(self, given: str, known: schema.Parameter, parameter: Parameter) -> None:
+        if not known.dynamic:
+            dynamic = ", ".join(each.name for each in self._table.values() if each.dynamic)
+            raise ValueError(
+                f"{given} {_FIXED}; {f'these may be set now: {dynamic}' if dynamic else 'so is every other'}"
+            )
+        if parameter.type_ == Parameter.Type.STRING and known.type in (float, tuple):
+            raise ValueError(f"{given} is a text; {_as_numbers(known, parameter)}")
+
+    def _as_declared(self, parameter: Parameter) -> Parameter:
+        """``2`` for a double is meant as 2.0; rclpy would refuse it."""
+        try:
+            wanted = schema.find(parameter.name, self._table).type
+        except ValueError:
+            return parameter
+        if wanted is float and parameter.type_ == Parameter.Type.INTEGER:
+            return Parameter(parameter.name, value=float(parameter.value))
+        if wanted is tuple and parameter.type_ == Parameter.Type.INTEGER_ARRAY:
+            return Parameter(parameter.name, value=[float(entry) for entry in parameter.value])
+        return parameter
+
+    def _following(self) -> list[Parameter]:
+        """What changes with what is asked for. Raises ValueError when that is refused."""
+        return []
+
+    def _accept(self) -> None:
+        """Do what is asked for. Raises ValueError, and has done nothing, to refuse it."""
+
+
+class Changes(Refusals):
+    """Lets dynamic parameters change while the node runs, all that are set together or none.
+
+    ``take(scene)`` gets the scene with the new values; it raises ValueError, and has done nothing, to refuse it.
+    """
+
+    def __init__(self, node: Node, scene: Scene, take: Callable[[Scene], None]):
+        self._scene, self._take = scene, take
+        super().__init__(node, schema.BY_NAME)
+
+    def _check(self) -> None:
+        super()._check()
+        sim_time = self._asked[SIM_TIME].value if SIM_TIME in self._asked else False
+        if sim_time is True:
+            raise ValueError(_USE_SIM_TIME)
+        if sim_time is not False:
+            raise ValueError(f"parameter {SIM_TIME} = {schema.shown(sim_time)}: is not of type bool; leave it false")
+
+    def _following(self) -> list[Parameter]:
+        old, changed = self._scene.values, self._changed().values
+        also = [name for name, value in changed.items() if name not in self._asked and value != old.get(name)]
+        return [Parameter(name, value=_plain(changed[name])) for name in also]
+
+    def _accept(self) -> None:
+        scene = self._changed()
+        self._take(scene)
+        self._scene = scene
+
     def _changed(self) -> Scene:
-        for name in self._asked:
-            if not self._node.has_parameter(name):
-                raise ValueError(schema.unknown(name, name, self._scene.values))
         named = {name: parameter.value for name, parameter in self._asked.items()}
         return self._scene.changed({name: value for name, value in named.items() if not schema.belongs_to_ros(name)})
 
 
-def _as_declared(parameter: Parameter) -> Parameter:
-    """``2`` for a double is meant as 2.0; rclpy would refuse it."""
+def _as_numbers(known: schema.Parameter, parameter: Parameter) -> str:
+    """What to write in place of a text, which a list is to `ros2 param set` when its numbers are of two kinds."""
     try:
-        wanted = schema.find(parameter.name).type
+        numbers = known.read(parameter.name, parameter_file.value(parameter.value))
     except ValueError:
-        return parameter
-    if wanted is float and parameter.type_ == Parameter.Type.INTEGER:
-        return Parameter(parameter.name, value=float(parameter.value))
-    if wanted is tuple and parameter.type_ == Parameter.Type.INTEGER_ARRAY:
-        return Parameter(parameter.name, value=[float(entry) for entry in parameter.value])
-    return parameter
+        return f"give {known.rule if known.type is tuple else 'a number'}"
+    return f"write {schema.shown(numbers)}, with a point in every number"
 
 
 def _plain(value: Any) -> Any:

@@ -52,11 +52,15 @@ def scaled_down(vector: Vector, most: float) -> Vector:
 def make_wrench(meaning: Meaning, force: Vector, torque: Vector, what: str, limit: Limit) -> Wrench:
     """The wrench of a force [N] and a torque [N m] within limits. Raises RefusedError when it is not finite."""
     if not all(map(math.isfinite, (*force, *torque))):
-        raise RefusedError(NOT_FINITE, f"{what} with force {force} and torque {torque} refused: it is not finite")
+        raise RefusedError(
+            NOT_FINITE, f"{what} with force {shown(force)} and torque {shown(torque)} refused: it is not finite"
+        )
     try:
         return meaning(*limit(force, torque))
     except ValueError as reason:
-        raise RefusedError(NOT_FINITE, f"{what} with force {force} and torque {torque} refused: {reason}") from None
+        raise RefusedError(
+            NOT_FINITE, f"{what} with force {shown(force)} and torque {shown(torque)} refused: {reason}"
+        ) from None
 
 
 def unlimited(force: Vector, torque: Vector) -> tuple[Vector, Vector]:

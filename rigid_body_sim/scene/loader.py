@@ -76,15 +76,16 @@ class Scene:
 
     def body(self) -> Body:
         """The body described by ``body.*``."""
-        mass, inertia = self["body.mass"], self["body.inertia"]
+        mass, inertia, center = self["body.mass"], self["body.inertia"], self["body.center_of_mass"]
         try:
             positive(mass, "mass", "kg")
         except ValueError as reason:
             raise ValueError(f"parameter body.mass = {mass}: {reason}") from None
         try:
-            return Body(mass, inertia, self["body.center_of_mass"])
+            return Body(mass, inertia, center)
         except ValueError as reason:
-            raise ValueError(f"parameter body.inertia = {list(inertia)}: {reason}") from None
+            name = "body.center_of_mass" if str(reason).startswith("center_of_mass") else "body.inertia"
+            raise ValueError(f"parameter {name} = {schema.shown(self[name])}: {reason}") from None
 
     def initial_state(self) -> State:
         """The state described by ``initial.*``."""

@@ -7,18 +7,17 @@ it.
 import difflib
 import math
 import re
-from array import array
 from collections import Counter
-from collections.abc import Iterable, Mapping, Set
+from collections.abc import Callable, Iterable, Mapping, Sequence, Set
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
+from ..physics.arrays import plain
 from ..physics.shapes import SHAPES
 
 NAMES = tuple[str, ...]
 TYPES = {bool: "bool", int: "integer", float: "double", str: "string", tuple: "double array", NAMES: "string array"}
+MISSPELT = 0.75  # of 1: likeness of names at which one is taken for the other, misspelt; mas and mass have 0.86
 MOST_SHOWN = 200  # characters of a value in a message
 MOST_TOLD = 1500  # characters of a message that others made, YAML for one
 OUTPUTS = ("odom", "accel", "imu", "wrench_applied", "marker", "tf", "clock")
@@ -429,11 +428,51 @@ def members(group: str, names: Iterable[str]) -> list[str]:
 
 
 def unknown(name: str, pattern: str, known: Iterable[str]) -> str:
-    """The sentence for a parameter ``name`` that is not known, with the known one nearest to ``pattern``."""
-    nearest = [each for each in known if each.lower() in (pattern.lower(), _angles_of(pattern))]
-    nearest = nearest or difflib.get_close_matches(pattern, known, 1, 0.5)
-    advice = f"did you mean {nearest[0]}?" if nearest else "see docs/interface.md"
-    return f"parameter {shown_name(name)} is not known; {advice}"
+    """The sentence for a parameter that is not known: with the known one that ``pattern`` misspells, or those there."""
+    known = list(known)
+    meant = _meant(pattern, known)
+    return f"parameter {shown_name(name)} is not known; " + (f"did you mean {meant}?" if meant else _there(name, known))
+
+
+def _meant(pattern: str, known: Sequence[str]) -> str:
+    """The known name that this one is but for its spelling; empty when there is none, or are several."""
+    letters = _letters(pattern)
+    ways: tuple[Callable[[str], bool], ...] = (
+        lambda each: _letters(each) == letters,
+        lambda each: each == _angles_of(pattern),
+        lambda each: each.endswith(f".{pattern}") or pattern.startswith(f"{each}."),
+        lambda each: _likeness(pattern, each) >= MISSPELT,
+    )
+    for way in ways:
+        if found := sorted(filter(way, known), key=lambda each: _likeness(pattern, each), reverse=True):
+            alone = len(found) == 1 or _likeness(pattern, found[0]) > _likeness(pattern, found[1])
+            return found[0] if alone else ""
+    return ""
+
+
+def _letters(name: str) -> str:
+    return re.sub(r"<name>|[\W_]", "", name).lower()
+
+
+def _likeness(one: str, other: str) -> float:
+    """From 0 to 1, that of the least like of two names' parts: what stands above them alike is no likeness."""
+    parts = one.split("."), other.split(".")
+    if len(parts[0]) != len(parts[1]):
+        return 0.0
+    return min(
+        1.0 if "<name>" in (a, b) else difflib.SequenceMatcher(None, a, b).ratio() for a, b in zip(*parts, strict=True)
+    )
+
+
+def _there(name: str, known: Sequence[str]) -> str:
+    """What there is in the innermost group that a name is in."""
+    parts = name.split(".")
+    for count in range(len(parts), 0, -1):
+        group = ".".join(parts[:count])
+        for prefix in (f"{group}.", _pattern(f"{group}.x")[:-1]):
+            if within := dict.fromkeys(each[len(prefix) :].split(".")[0] for each in known if each.startswith(prefix)):
+                return f"the parameters of {shown_name(group)} are {', '.join(within)}"
+    return f"the parameters are {', '.join(dict.fromkeys(each.split('.')[0] for each in known))}"
 
 
 def _angles_of(pattern: str) -> str:
@@ -495,17 +534,10 @@ def _complete(values: dict[str, Any], group: str, member: str) -> None:
 def shown(value: Any) -> str:
     """``value`` as messages quote it, arrays of any kind as lists: all of it, or how it begins."""
     try:
-        text = " ".join(repr(_plain(value)).split())
+        text = " ".join(repr(plain(value)).split())
     except ValueError:  # Python prints no integer of more than 4300 digits
         text = "a number of thousands of digits"
     return text if len(text) <= MOST_SHOWN else f"{text[:MOST_SHOWN]}... ({len(text)} characters)"
-
-
-def _plain(value: Any) -> Any:
-    """Lists and Python's numbers in place of other arrays and theirs, as nobody writes ``array('d', ...)``."""
-    if isinstance(value, np.ndarray | np.generic | array):
-        return value.tolist()
-    return [_plain(entry) for entry in value] if isinstance(value, list | tuple) else value
 
 
 def shown_name(name: str) -> str:

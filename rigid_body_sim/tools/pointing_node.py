@@ -67,6 +67,7 @@ class PointingController(Node):
         self.law.torque(self.law.target, np.zeros(3))  # compiles what it calls: the first answer must not come late
         self._steady_clock = Clock(clock_type=ClockType.STEADY_TIME)
         parameters.refuse_undeclared(self)
+        self._refusals = parameters.Refusals(self, TABLE)
         self._waiting: dict[tuple[type, int], PoseStamped | TwistStamped] = {}
         self._publisher = self.create_publisher(WrenchStamped, "wrench", QUEUE)
         self.create_subscription(PoseStamped, "pose", self._on_message, QUEUE)

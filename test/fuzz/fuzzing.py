@@ -75,8 +75,9 @@ def damaged(chance, data):
 
 
 def sentence(text, most=2000):
-    """Assert that a message is one line, of a length that somebody reads, and return it."""
+    """Assert that a message is one line, of a length that somebody reads, with plain lists, and return it."""
     text = str(text)
     assert text.isprintable(), f"more than one line, or control characters: {text!r}"
     assert 10 < len(text) < most, f"{len(text)} characters: {text[:most]!r}"
+    assert not re.search(r"array\(|\bnp\.|(?<!\w)\(-?(\d+(\.|e)|inf|nan)[-+.\w]*,", text), f"no plain list: {text!r}"
     return text

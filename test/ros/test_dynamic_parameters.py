@@ -207,8 +207,16 @@ REFUSED = {  # node, values set together, what the reason must say
     "zero mass": ("free", {"body.mass": 0.0}, "body.mass = 0.0: is out of range; give a number that is finite and gr"),
     "NaN mass": ("free", {"body.mass": NAN}, "parameter body.mass = nan: is not finite; give finite numbers"),
     "huge mass": ("free", {"body.mass": 1e200}, "parameter body.mass = 1e+200: mass 1e+200 kg is not between"),
-    "text": ("free", {"body.mass": "2.0"}, "Wrong parameter type"),
-    "no value": ("free", {"body.mass": None}, "cannot be undeclared"),
+    "text": (
+        "free",
+        {"body.mass": "2.0"},
+        "parameter body.mass = '2.0': is a text; write 2.0, with a point in every number",
+    ),
+    "no value": (
+        "free",
+        {"body.mass": None},
+        "parameter body.mass = None: is no value, and parameters cannot be taken away; give one",
+    ),
     "triangle": ("free", {"body.inertia": [0.1, 0.1, 0.3, 0.0, 0.0, 0.0]}, "triangle inequality"),
     "five entries": ("free", {"body.inertia": [0.1, 0.1, 0.1, 0.0, 0.0]}, "has 5 entries; give 6"),
     "infinite gravity": ("free", {"gravity": [0.0, 0.0, -math.inf]}, "parameter gravity"),
@@ -216,14 +224,46 @@ REFUSED = {  # node, values set together, what the reason must say
     "NaN drag": ("free", {"drag.angular_quadratic": [0.0, NAN, 0.0]}, "parameter drag.angular_quadratic"),
     "negative limit": ("free", {"wrench.max_force": -1.0}, "parameter wrench.max_force = -1.0: is out of range"),
     "negative pace": ("free", {"real_time_factor": -1.0}, "out of range"),
-    "NaN pace": ("free", {"real_time_factor": NAN}, "out of range"),
+    "NaN pace": ("free", {"real_time_factor": NAN}, "real_time_factor = nan: is not finite; give finite"),
     "simulated time": ("free", {"use_sim_time": True}, "this node makes the simulated time"),
-    "read-only": ("free", {"rate": 50.0}, "read-only parameter: rate"),
+    "read at start": (
+        "free",
+        {"rate": 50.0},
+        "parameter rate = 50.0: is read at start only; start the node again with",
+    ),
+    "what may be set": (
+        "free",
+        {"rate": 50.0},
+        "these may be set now: real_time_factor, wrench.max_force, wrench.max_torque",
+    ),
+    "ROS's own": ("free", {"start_type_description_service": False}, "_service = False: is read at start only; start"),
+    "list of two kinds": (
+        "free",
+        {"gravity": "[0, 0, -9.81]"},  # what `ros2 param set` makes of it
+        "parameter gravity = '[0, 0, -9.81]': is a text; write [0.0, 0.0, -9.81], with a point in every number",
+    ),
+    "exponent": ("free", {"body.mass": "1e3"}, "parameter body.mass = '1e3': is a text; write 1000.0, with a point"),
+    "text for an array": ("free", {"gravity": "down"}, "gravity = 'down': is a text; give 3 finite numbers"),
+    "bool": ("free", {"body.mass": True}, "parameter body.mass = True: True is not a number; give a value such as 1.0"),
+    "number for an array": ("free", {"gravity": -9.81}, "parameter gravity = -9.81: is not an array; give 3 numbers"),
+    "attitude": ("free", {"initial.rpy": [0.0, 0.0, 1.0]}, "initial.rpy = [0.0, 0.0, 1.0]: is read at start only"),
     "unknown": ("free", {"body.mas": 3.0}, "parameter body.mas is not known; did you mean body.mass?"),
-    "unknown frame": ("free", {"frames.arm.position": [1, 0, 0]}, "parameter frames.arm.position is not known; "),
+    "unknown frame": (
+        "free",
+        {"frames.arm.position": [1, 0, 0]},
+        "frames.arm.position = [1.0, 0.0, 0.0]: is read at start only",
+    ),
     "one good, one bad": ("free", {"body.mass": 3.0, "body.inertia": [0.1, 0.1, 0.3, 0, 0, 0]}, "triangle inequality"),
-    "one good, one read-only": ("free", {"body.mass": 3.0, "gravity": [1.0, 0.0, 0.0], "rate": 5.0}, "read-only"),
-    "one good, one unknown": ("free", {"body.mass": 3.0, "nonsense": 1}, "parameter nonsense is not known; see"),
+    "one good, one read-only": (
+        "free",
+        {"body.mass": 3.0, "gravity": [1.0, 0.0, 0.0], "rate": 5.0},
+        "rate = 5.0: is read at",
+    ),
+    "one good, one unknown": (
+        "free",
+        {"body.mass": 3.0, "nonsense": 1},
+        "parameter nonsense is not known; the parameters are rate, ",
+    ),
     "one good, simulated time": ("free", {"body.mass": 3.0, "use_sim_time": True}, "makes the simulated time"),
     "inertia against a shape": ("box", {"body.inertia": INERTIA}, "contradicts body.shape, from which"),
     "mass against a density": (
@@ -289,8 +329,8 @@ def test_dynamic_ones_are_those_that_descriptions_call_so(node):
 class Hooks:
     """What of a node Changes uses."""
 
-    def has_parameter(self, name):
-        return name in (*schema.defaults(), "use_sim_time")
+    def get_parameter(self, name):  # use_sim_time
+        return Parameter(name, value=False)
 
     def add_pre_set_parameters_callback(self, callback):
         self.complete = callback

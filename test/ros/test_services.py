@@ -149,7 +149,7 @@ def test_array_that_is_not_used_is_an_empty_one_of_floats(running):
     (dimensions,) = running.get_parameters("body.dimensions")
     assert isinstance(dimensions, array.array) and dimensions.typecode == "d" and len(dimensions) == 0
     result = running.set_parameter("body.dimensions", [1.0])
-    assert not result.successful and "read-only" in result.reason
+    assert not result.successful and "is read at start only" in result.reason
 
 
 def test_mass_and_inertia_that_follow_from_a_shape_can_be_read(connect):
@@ -170,11 +170,11 @@ def test_empty_array_may_be_given(connect):
 @pytest.mark.parametrize(
     ("name", "value", "reason"),
     [
-        ("body.center_of_mass", [0.0, 0.0, 0.1], "read-only"),
-        ("integrator.name", "rk4", "read-only"),
+        ("body.center_of_mass", [0.0, 0.0, 0.1], "is read at start only"),
+        ("integrator.name", "rk4", "integrator.name = 'rk4': is read at start only"),
         ("use_sim_time", True, "this node makes the simulated time"),
-        ("use_sim_time", 3, ""),
-        ("nonsense", 1.0, ""),
+        ("use_sim_time", 3, "parameter use_sim_time = 3: is not of type bool; leave it false"),
+        ("nonsense", 1.0, "parameter nonsense is not known; the parameters are "),
     ],
 )
 def test_parameter_refused_at_run_time(running, name, value, reason):

@@ -137,7 +137,7 @@ def test_angles_in_the_wrong_place_are_shown_the_right_one(prefix, known, name):
         Scene({f"{prefix}.{name}": 0.1})
 
 
-@pytest.mark.parametrize(("name", "meant"), [("W", "w"), ("qx", "x"), ("q_y", "y")])
+@pytest.mark.parametrize(("name", "meant"), [("W", "w"), ("_x", "x"), ("Z", "z")])
 def test_misspelt_part_is_shown_the_right_one(name, meant):
     with pytest.raises(ValueError, match=rf"did you mean initial\.orientation\.{meant}\?"):
         Scene({f"initial.orientation.{name}": 0.1})

@@ -1,7 +1,9 @@
 """The table of parameters and its rules: one failing example for each, with what the message must say."""
 
 import math
+from array import array
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -84,7 +86,7 @@ BAD = {  # what is given, and what the message must say: the name, the value, an
     ),
     "one number for drag": ({"drag.linear": 2.0}, r"drag\.linear = 2\.0: is not an array; give 3 numbers such as"),
     "two numbers for drag": ({"drag.angular_linear": (1.0, 2.0)}, "has 2 entries; give 3"),
-    "unknown kind of drag": ({"drag.angular": (0, 0, 0)}, r"did you mean drag\.angular_linear\?"),
+    "unknown kind of drag": ({"drag.angular": (0, 0, 0)}, "the parameters of drag are linear, quadratic, ang"),
     "unknown tether entry": ({"tethers.mast.stiffnes": 1.0}, r"did you mean tethers\.<name>\.stiffness\?"),
     "tether without a name": ({"tethers.stiffness": 1.0}, r"tethers\.stiffness is not known; did you mean tethers"),
     "negative stiffness": ({**MAST, "tethers.mast.stiffness": -1.0}, "stiffness = -1.0: .* finite and greater than 0"),
@@ -109,7 +111,7 @@ BAD = {  # what is given, and what the message must say: the name, the value, an
         r"forces\.lift\.body_point is given without forces\.lift\.force, .* such as \[0\.0, 0\.0, 1\.0\]",
     ),
     "force not finite": ({"forces.lift.force": (0, 0, math.inf)}, r"forces\.lift\.force .* is not finite"),
-    "unknown force entry": ({"forces.lift.point": (0, 0, 1)}, r"did you mean forces\.<name>\."),
+    "unknown force entry": ({"forces.lift.point": (0, 0, 1)}, r"parameters of forces\.lift are body_point, force$"),
     "no tolerance": ({"integrator.rtol": 0.0}, r"integrator\.rtol = 0\.0: .* at least 1e-13 and at most 1"),
     "impossible inertia": ({"body.inertia": (1, 1, 3, 0, 0, 0)}, r"parameter body\.inertia .* triangle inequality"),
 }  # fmt: skip
@@ -243,7 +245,7 @@ def test_any_value_is_either_taken_or_refused_by_a_sentence_with_the_name(name, 
 @given(st.text(max_size=30))
 def test_any_unknown_name_gets_a_sentence(name):
     if name not in schema.BY_NAME:
-        with pytest.raises(ValueError, match=r"is not known; (did you mean .*\?|see docs/interface\.md)$"):
+        with pytest.raises(ValueError, match=r"is not known; (did you mean .*\?|the parameters (of .* )?are .*)$"):
             schema.find(name)
 
 
@@ -260,3 +262,90 @@ def test_any_unknown_name_gets_a_sentence(name):
 def test_extreme_value_is_refused_by_a_sentence(given, reason):
     with pytest.raises(ValueError, match=reason):
         Scene(given)
+
+
+# Names that are not known ---------------------------------------------------------------------------------------------
+
+BODY = (
+    "the parameters of body are frame_id, mass, inertia, center_of_mass, shape, dimensions, density, mesh_file, urdf_f"
+)
+
+
+@pytest.mark.parametrize(
+    ("name", "advice"),
+    [
+        *(
+            (name, "did you mean body.mass?")
+            for name in ("body.mas", "body.maas", "body.massa", "Body.Mass", "BODY_MASS")
+        ),
+        *((name, "did you mean body.mass?") for name in ("bodymass", "body/mass", "mass", "bodi.mass")),
+        ("gravty", "did you mean gravity?"),
+        ("gravity.z", "did you mean gravity?"),  # it has no parts
+        ("rates", "did you mean rate?"),
+        ("realtime-factor", "did you mean real_time_factor?"),
+        ("body.centre_of_mass", "did you mean body.center_of_mass?"),
+        ("integrator.tol", "did you mean integrator.rtol?"),
+        ("drag.Linear", "did you mean drag.linear?"),
+        ("frames.arm.axis", "did you mean frames.<name>.axes?"),
+        ("frame.arm.axes", "did you mean frames.<name>.axes?"),
+        ("tethers.stiffness", "did you mean tethers.<name>.stiffness?"),
+        # What this package does not have, though a name in its table has letters of it.
+        *(
+            (f"body.{name}", BODY)
+            for name in ("added_mass", "mass_matrix", "drag", "com", "volume", "center_of_gravity")
+        ),
+        ("body", BODY),
+        ("drag.angular", "the parameters of drag are linear, quadratic, angular_linear, angular_quadratic"),
+        ("initial.velocity", "the parameters of initial are position, orientation, rpy, linear_velocity, angular_"),
+        ("initial.orientation.q", "the parameters of initial.orientation are w, x, y, z"),
+        ("wrench.max_thrust", "the parameters of wrench are topics, max_force, max_torque, timeout, frame"),
+        ("integrator.step", "the parameters of integrator are name, rtol"),
+        ("tethers.rope.length", "the parameters of tethers.rope are body_point, anchor, rest_length, stiffness, "),
+        ("frames.arm", "the parameters of frames.arm are position, orientation, rpy, axes"),
+        *(
+            (name, "the parameters are rate, publish_rate, ")
+            for name in ("gain", "timestep", "wind.velocity", "position")
+        ),
+    ],
+)
+def test_name_is_shown_another_only_where_it_misspells_it(name, advice):
+    with pytest.raises(ValueError) as caught:
+        schema.find(name)
+    assert str(caught.value).startswith(f"parameter {name} is not known; {advice}")
+
+
+@given(st.sampled_from([name for name in schema.BY_NAME if len(name) > 5]), st.data())
+def test_letter_that_is_missing_is_seen(name, data):
+    """Of parts with at least five letters: of shorter ones there may be several."""
+    parts = name.replace("<name>", "nozzle").split(".")
+    if len(parts[-1]) >= 5:
+        place = data.draw(st.integers(1, len(parts[-1]) - 1))
+        parts[-1] = parts[-1][:place] + parts[-1][place + 1 :]
+        with pytest.raises(ValueError, match=f"did you mean {name}\\?"):
+            schema.find(".".join(parts))
+
+
+# Values in messages ---------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "make", [tuple, list, np.array, lambda row: array("d", row)], ids=["tuple", "list", "numpy", "array"]
+)
+@pytest.mark.parametrize(
+    ("name", "row", "shown"),
+    [
+        ("gravity", [0.0, -9.81], "gravity = [0.0, -9.81]: has 2"),
+        ("body.inertia", [1.0, 1.0, 3.0, 0.0, 0.0, 0.0], "body.inertia = [1.0, 1.0, 3.0, 0.0, 0.0, 0.0]: "),
+        ("body.center_of_mass", [1e200, 0.0, 0.0], "center_of_mass [1e+200, 0.0, 0.0] is"),
+        ("drag.linear", [0.0, -1.0, 0.0], "drag.linear = [0.0, -1.0, 0.0]: is out"),
+        ("wrench.topics", [1.0, 2.0], "wrench.topics = [1.0, 2.0]: 1.0 is"),
+        ("body.mass", [2.0, 3.0], "body.mass = [2.0, 3.0]: [2.0, 3.0] is not a number"),
+        ("rate", [2.0], "rate = [2.0]: [2.0] is not a number"),
+        ("world_frame_id", [2.0], "world_frame_id = [2.0]: is not of type string"),
+        ("initial.orientation", [0.0, 1.0], "initial.orientation = [0.0, 1.0]: has 2"),
+    ],
+)
+def test_array_of_any_kind_is_shown_as_a_plain_list(make, name, row, shown):
+    with pytest.raises(ValueError) as caught:
+        Scene({name: make(row)})
+    assert shown in str(caught.value)

@@ -83,6 +83,19 @@ def test_target_is_given_as_angles_or_by_named_parts(make_controller):
     assert make_controller("").law.target.tolist() == [1.0, 0.0, 0.0, 0.0]
 
 
+def test_parameters_are_fixed_and_say_so(make_controller):
+    from rclpy.parameter import Parameter
+
+    controller = make_controller("")
+    for name, value in {"max_torque": 1.0, "target.rpy": [0.0, 0.0, 1.0]}.items():
+        (result,) = controller.set_parameters([Parameter(name, value=value)])
+        said = f"parameter {name} = {value}: is read at start only; start the node again with another value for it"
+        assert not result.successful and result.reason == f"{said}; so is every other"
+        assert controller.describe_parameter(name).read_only
+    (result,) = controller.set_parameters([Parameter("use_sim_time", value=True)])
+    assert result.successful
+
+
 def pair(omega: np.ndarray, twist_frame: str) -> tuple:
     pose, twist = messages.PoseStamped(), messages.TwistStamped()
     pose.header.frame_id, twist.header.frame_id = "world", twist_frame
