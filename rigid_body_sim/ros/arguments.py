@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from ..scene import attitude, parameter_file
-from ..scene.schema import one_line, shown
+from ..scene.schema import one_line, shown, shown_name
 from .command_line import BEGIN, split
 
 _PARAMETER, _FILE, _REMAP = ("-p", "--param"), ("--params-file",), ("-r", "--remap")
@@ -73,44 +73,43 @@ def _of_file(path: str, node: str, notes: list[str]) -> dict[str, Any]:
     try:
         file = parameter_file.read(path)
     except OSError as reason:
-        raise ValueError(f"--params-file {path}: cannot be read ({reason.strerror}); give a parameter file") from None
+        raise ValueError(
+            f"--params-file {shown_name(path)}: cannot be read ({reason.strerror}); give a parameter file"
+        ) from None
     if not file.has(node):
-        notes.append(f"{path} has nothing for this node, {node}: it has parameters for {file.shown_sections}")
+        notes.append(
+            f"{shown_name(path)} has nothing for this node, {node}: it has parameters for {file.shown_sections}"
+        )
         return {}
     try:
         return file.parameters(node)
     except ValueError as reason:
-        raise ValueError(f"{path}: {reason}") from None
+        raise ValueError(f"{shown_name(path)}: {one_line(reason)}") from None
 
 
 def _assigned(assignments: Sequence[str], node: str, notes: list[str]) -> dict[str, Any]:
     """The parameters that -p gives. Raises ValueError for what assigns nothing, or to one name twice."""
     values: dict[str, Any] = {}
     for text in assignments:
-        match = _ASSIGNMENT.fullmatch(text)
-        if match is None:
-            raise ValueError(f"-p {text}: {_what_is_wrong(text)}")
-        if match["node"] is not None and f"/{match['node']}" != node:
-            notes.append(f"-p {text} is for the node /{match['node']}, and this one is {node}")
-            continue
-        for name, value in _read_value(text, match["name"], match["value"]).items():
-            if name in values:
-                raise ValueError(
-                    f"-p {text}: parameter {name} is given twice, first as {shown(values[name])}; give it once"
-                )
-            values[name] = value
+        shown_text = f"-p {shown_name(text)}"
+        try:
+            whose, given = _read_assignment(text)
+            if whose and f"/{whose}" != node:
+                notes.append(f"{shown_text} is for the node /{whose}, and this one is {node}")
+                continue
+            for name in given.keys() & values.keys():
+                raise ValueError(f"parameter {name} is given twice, first as {shown(values[name])}; give it once")
+        except ValueError as reason:
+            raise ValueError(f"{shown_text}: {one_line(reason)}") from None
+        values.update(given)
     return values
 
 
-def _read_value(text: str, name: str, value: str) -> dict[str, Any]:
-    try:
-        return parameter_file.given({name: parameter_file.value(value)})
-    except ValueError as reason:
-        raise ValueError(f"-p {text}: {one_line(reason)}") from None
-
-
-def _what_is_wrong(text: str) -> str:
+def _read_assignment(text: str) -> tuple[str, dict[str, Any]]:
+    """The node that it is for, or "", and what it gives: several parameters where the value is a map."""
+    if match := _ASSIGNMENT.fullmatch(text):
+        return match["node"] or "", parameter_file.given({match["name"]: parameter_file.value(match["value"])})
     name, equals, value = text.partition("=")
     if equals and not name.endswith(":"):
-        return f"has '=' where ':=' is needed; write -p {name}:={value}"
-    return "assigns nothing; write -p NAME:=VALUE, such as -p body.mass:=2.0"
+        raise ValueError(f"has '=' where ':=' is needed; write -p {name}:={value}")
+    raise ValueError("assigns nothing; write -p NAME:=VALUE, such as -p body.mass:=2.0")

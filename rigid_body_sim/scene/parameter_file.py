@@ -63,9 +63,13 @@ def read(path: str | os.PathLike[str]) -> ParameterFile:
             return ParameterFile(os.path.dirname(path), _sections(_document(text)))
         except UnicodeDecodeError as reason:
             found = f"byte {reason.object[reason.start]:#04x} is none"
-            raise ValueError(f"{os.fspath(path)}: is no text in UTF-8 ({found}); save it as UTF-8") from None
+            raise ValueError(f"{_told(path)}: is no text in UTF-8 ({found}); save it as UTF-8") from None
         except ValueError as reason:
-            raise ValueError(f"{os.fspath(path)}: {schema.one_line(reason)}") from None
+            raise ValueError(f"{_told(path)}: {schema.one_line(reason)}") from None
+
+
+def _told(path: str | os.PathLike[str]) -> str:
+    return schema.shown_name(os.fspath(path))
 
 
 def value(text: str) -> Any:

@@ -1,5 +1,7 @@
 """What a command line and its files give a node: the same as load_scene reads, or the same refusal. No ROS in here."""
 
+import os
+
 import pytest
 
 from rigid_body_sim import Scene, load_scene
@@ -353,6 +355,27 @@ def test_file_that_may_not_be_read_is_one_sentence(written, monkeypatch):
     monkeypatch.setattr("builtins.open", refuse)
     with pytest.raises(ValueError, match=r"--params-file x\.yaml: cannot be read \(Permission denied\); give a"):
         node_scene("--params-file", "x.yaml")
+
+
+def test_name_that_cannot_be_printed_is_shown_with_escapes(tmp_path):
+    path = tmp_path / os.fsdecode(b"\xff\n.yaml")
+    for text, said in (
+        (None, "cannot be read"),
+        ("", "holds nothing"),
+        ("/**: {ros__parameters: {rate: }}", "has no val"),
+    ):
+        if text is not None:
+            path.write_text(text)
+        with pytest.raises(ValueError, match=said) as caught:
+            node_scene("--params-file", path)
+        assert "\\udcff\\n.yaml" in str(caught.value) and str(caught.value).isprintable()
+    path.write_text("other: {ros__parameters: {}}")
+    (note,) = arguments.read(["--ros-args", "--params-file", str(path)], NODE).notes
+    assert note.isprintable()
+    for text in ("a\x1b=3", "a\x1b:=[", "a\x1b:="):
+        with pytest.raises(ValueError, match=r"-p 'a\\x1b") as caught:
+            node_scene("-p", text)
+        assert str(caught.value).isprintable()
 
 
 def test_assignment_for_another_node_is_noted():

@@ -81,6 +81,14 @@ ARGUMENTS = {
     "unknown after --ros-args": (["--ros-args", "--helo", "x"], 1, "'--helo', 'x' after --ros-args is none of ROS's"),
     "no remapping": (["--ros-args", "-r", "wrench=a"], 1, "-r wrench=a: renames nothing; write -r FROM:=TO, such as"),
     "namespace without a slash": (["--ros-args", "-r", "__ns:=a"], 1, "-r __ns:=a: renames nothing; write -r FROM"),
+    "file that is a folder": (
+        ["--ros-args", "--params-file", "/"],
+        1,
+        "--params-file /: cannot be read (Is a directory)",
+    ),
+    "twice": (["--ros-args", "-p", "rate:=5.0", "-p", "rate:=6.0"], 1, "parameter rate is given twice, first as 5.0"),
+    "unknown name": (["--ros-args", "-p", "body.mas:=2.0"], 1, "body.mas is not known; did you mean body.mass?"),
+    "wrong case": (["--ros-args", "-p", "Body.Mass:=2.0"], 1, "Body.Mass is not known; did you mean body.mass?"),
     "equals sign": (["--ros-args", "-p", "rate=5"], 1, "-p rate=5: has '=' where ':=' is needed; write -p rate:=5"),
 }
 SECTIONS = """
