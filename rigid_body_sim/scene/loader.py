@@ -166,7 +166,7 @@ def load_scene(path: str | os.PathLike[str], node: str = "") -> Scene:
     """
     file = parameter_file.read(path)
     try:
-        given = file.parameters(node or _node_in(file))
+        given = file.parameters(f"/{node.strip('/')}" if node else _node_in(file))
         return Scene({name: value for name, value in given.items() if not schema.belongs_to_ros(name)})
     except ValueError as reason:
         raise ValueError(f"{os.fspath(path)}: {schema.one_line(reason)}") from None

@@ -126,7 +126,7 @@ def _nodes(tree: Mapping[str, Any], above: str) -> Iterator[tuple[str, Any]]:
 def _misplaced(key: str, above: str, tree: Mapping[str, Any]) -> str:
     """What is wrong about a name in a section that has no parameters below it."""
     if not above:
-        return f"{shown(key)} stands at the top, and no section"
+        return f"{shown(key)} stands at the top, and {'is empty' if not tree[key] else 'is no section'}"
     if PARAMETERS in tree:
         return f"{shown(key)} stands beside '{PARAMETERS}:', and not below it"
     meant = difflib.get_close_matches(PARAMETERS, [key, *above.split("/")], 1, 0.8)

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from rigid_body_sim import Scene, Simulation, SimulationError, load_scene
+from rigid_body_sim.ros import arguments
 from rigid_body_sim.scene import mesh_file, parameter_file, schema, urdf
 
 from .fuzzing import damaged, fuzz, often, sentence
@@ -84,6 +85,7 @@ NAMES = [
     "é",
 ]
 SMALL = ["body.mass", "rate", "publish_rate", "gravity", "body.inertia", "frames.a.axes", "tethers.b.anchor", "outputs"]
+SMALL += ["initial.rpy", "initial.orientation", "frames.a.rpy", *(f"initial.orientation.{part}" for part in "wxyz")]
 TAGS = [
     "",
     "",
@@ -149,8 +151,9 @@ def scene_text(chance):
 
 
 def check_scene(path, taken):
-    """A scene file makes a simulation whose state is finite after two steps, or says why not."""
+    """A scene file makes a simulation whose state is finite after two steps, or says why not; a node reads the same."""
     scene = refused(path, load_scene)
+    check_node(path, scene)
     if scene is None:
         return
     try:
@@ -165,6 +168,18 @@ def check_scene(path, taken):
         sentence(reason, 10_000)
     assert np.isfinite(sim.save().state).all()
     taken.append(path)
+
+
+def check_node(path, scene):
+    """A node that is given the file takes what load_scene takes, or nothing when it is for another one."""
+    try:
+        given = arguments.read(["--ros-args", "--params-file", str(path)], "rigid_body_node")
+        values = Scene({n: v for n, v in given.parameters.items() if not schema.belongs_to_ros(n)}).values
+    except ValueError as reason:
+        sentence(reason)
+        assert scene is None
+        return
+    assert given.notes or (scene is not None and scene.values == values)
 
 
 def test_scenes(record_property, written):

@@ -153,9 +153,12 @@ REFUSED = {  # a file, and what both readers say of it
         "body: {mass: 2.0}\n",
         "'mass' in the section /body is not below 'ros__parameters:'; a parameter file",
     ),
-    "no section, dotted": ("body.mass: 2.0\n", "'body.mass' stands at the top, and no section; a parameter file has"),
-    "no section, only what is below": ("ros__parameters: {rate: 9.0}\n", "'ros__parameters' stands at the top, and no"),
-    "section that is empty": ("/**:\n", "'/**' stands at the top, and no section"),
+    "no section, dotted": ("body.mass: 2.0\n", "'body.mass' stands at the top, and is no section; a parameter file"),
+    "no section, only what is below": (
+        "ros__parameters: {rate: 9.0}\n",
+        "'ros__parameters' stands at the top, and is no section",
+    ),
+    "section that is empty": ("/**:\n", "'/**' stands at the top, and is empty; a parameter file has"),
     **{
         f"misspelt as {name}": (f"/**:\n  {name}:\n    rate: 9.0\n", f"(did you mean that by '{name}'?)")
         for name in ("ros_parameters", "ros__parameter", "ros__params", "ROS__parameters", "ros___parameters")
@@ -250,7 +253,7 @@ def test_file_for_others_is_noted_with_their_names_and_ours(written):
 
 def test_library_takes_the_only_node_there_is_whatever_its_name(written):
     path = written("/x/satellite: {ros__parameters: {body.mass: 3.0}}\n")
-    assert load_scene(path)["body.mass"] == load_scene(path, "/x/satellite")["body.mass"] == 3.0
+    assert load_scene(path)["body.mass"] == load_scene(path, "x/satellite")["body.mass"] == 3.0
 
 
 # Several sources ------------------------------------------------------------------------------------------------------
