@@ -7,7 +7,7 @@ negative, and what is outside the solid cancels; the integrals over a tetrahedro
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from . import inertia
 from .arrays import Floats, Integers, Vector
@@ -17,6 +17,7 @@ from .mass_properties import MassProperties, mass_of
 # A volume this small beside area times extent is the round-off of a surface that encloses nothing.
 _FLAT = 1e-13
 _NEAR = 1e-6  # of an edge's length: a vertex so near to it lies on it, for a message
+_SAME_ANGLE = 1e-4  # rad: two triangles on one edge lie on each other
 _MOST_LOOKED_AT = 100  # open edges, for that message
 
 
@@ -48,13 +49,15 @@ def of_mesh(
     ValueError
         One sentence for each: wrong shapes, corners that are not finite, indices of no corner, a triangle that has a
         corner twice, an open surface, an edge of more than two triangles that do not bound parts, triangles of opposite
-        orientation side by side, a triangle that is there twice, a sheet without thickness, a surface or part of one
-        that is inside out, no volume, a scale that is not positive, mass and density both given or both missing.
+        orientation side by side, a triangle that is there twice, parts that overlap where they touch, a sheet without
+        thickness, a surface or part of one that is inside out, no volume, a scale that is not positive, mass and
+        density both given or both missing.
     """
     corners, indices = _checked(vertices, triangles)
     edges = _edges(indices)
     _check_edges(edges, corners)
     _check_sheets(edges, indices, corners)
+    _check_turns(edges, indices, corners)
     sized = corners * [positive(unit, "scale of a mesh", "m") for unit in scale]
     # About a point of its own, a solid far from the origin loses no digits.
     middle = sized.mean(axis=0)
@@ -187,6 +190,43 @@ def _check_sheets(edges: _Edges, indices: Integers, vertices: Floats) -> None:
     if (count > 1).any():
         corners = ", ".join(map(_shown, vertices[found[count > 1][0]]))
         raise ValueError(f"mesh has {np.sum(count > 1)} triangles twice, such as that of {corners}; leave one out")
+
+
+def _check_turns(edges: _Edges, indices: Integers, vertices: Floats) -> None:
+    """Around an edge where parts touch, what is inside is inside once: going round, it is entered and left in turn."""
+    many = edges.count[edges.of] > 2
+    if not many.any():
+        return
+    order = np.argsort(edges.of[many], kind="stable")
+    edge, sign = edges.of[many][order], edges.sign[many][order]
+    a, b = vertices[edges.ends[edge]].transpose(1, 0, 2)
+    begins = np.flatnonzero(np.append(True, edge[1:] != edge[:-1]))
+    angle, flat = _angles(b - a, vertices[np.roll(indices, 1, axis=1)[many]][order] - a, begins, edge)
+    order = np.lexsort((angle, edge))
+    angle = angle[order]
+    starts = np.flatnonzero(np.append(True, (edge[1:] != edge[:-1]) | (np.diff(angle) > _SAME_ANGLE)))
+    inside = np.cumsum(np.add.reduceat(sign[order], starts))  # 0 again behind the last of each edge
+    of_edge = np.searchsorted(starts, begins)
+    spread = np.maximum.reduceat(inside, of_edge) - np.minimum.reduceat(inside, of_edge)
+    wrong = (spread > 1) & ~np.logical_or.reduceat(flat, begins)
+    if wrong.any():
+        ends = vertices[edges.ends[edge[begins[wrong][0]]]]
+        raise ValueError(
+            f"mesh has parts that overlap, or of which one is inside out, at {wrong.sum()} edges, such as that "
+            f"{_between(*ends)}; parts may touch there, all counter-clockwise seen from outside"
+        )
+
+
+def _angles(along: Floats, away: Floats, begins: Integers, edge: Integers) -> tuple[Floats, NDArray[np.bool_]]:
+    """From the first triangle at its edge to each, about the edge [rad]; and which have too little width to tell."""
+    along = along / np.abs(along).max(axis=1, keepdims=True)  # whose squares do not underflow
+    along /= np.linalg.norm(along, axis=1, keepdims=True)
+    away = away - along * np.einsum("ij,ij->i", away, along)[:, None]
+    width = np.linalg.norm(away, axis=1)
+    first = away[begins][np.cumsum(np.append(0, edge[1:] != edge[:-1]))]
+    sine, cosine = np.einsum("ij,ij->i", along, np.cross(first, away)), np.einsum("ij,ij->i", first, away)
+    angle = np.arctan2(sine, cosine) % (2.0 * np.pi)
+    return np.where(angle > 2.0 * np.pi - _SAME_ANGLE, 0.0, angle), width < _NEAR * width.max()
 
 
 def _check_parts(edges: _Edges, indices: Integers, volumes: Floats, vertices: Floats) -> None:

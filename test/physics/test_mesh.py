@@ -123,7 +123,7 @@ def touching(where, flip=False):
     Where the last of ``where`` is 1, other diagonals part the second one's sides.
     """
     x, y, z, turned = where
-    second = BOX[:, ::-1] if turned else BOX
+    second = (1, 0, 0) + BOX * (-1, 1, 1) if turned else BOX
     sides = SIDES[:, ::-1] if bool(turned) != flip else SIDES
     return merged(
         np.concatenate((BOX, np.add(second, (x, y, z)), 2 * BOX + 5)), np.concatenate((SIDES, sides + 8, SIDES + 16))
@@ -176,13 +176,21 @@ BAD = {  # vertices, triangles, and what the message must say
     ),
     "one of two that share an edge inside out": (
         *touching((0, 1, 1, 0), flip=True),
-        "mesh is inside out where the vertex",
+        r"of which one is inside out, at 1 edges, such as that from \(0, 1, 1\) to \(1, 1, 1\)",
     ),
     "one of two that share a corner inside out": (
         *touching((1, 1, 1, 0), flip=True),
         "mesh is inside out where the vert",
     ),
     "one of two that share a face inside out": (*touching((0, 0, 1, 0), flip=True), "mesh has 2 triangles twice"),
+    "the same with other diagonals": (
+        *touching((0, 0, 1, 1), flip=True),
+        "of which one is inside out, at 4 edges, such",
+    ),
+    "one in the other along an edge": (
+        *merged(np.concatenate((BOX, BOX * (0.5, 0.5, 1))), np.concatenate((SIDES, SIDES + 8))),
+        r"parts that overlap, .* at 1 edges, such as that from \(0, 0, 0\) to \(0, 0, 1\)",
+    ),
     "T-junction": (*t_junction(), r"is open: 3 edges .* to .*, on which \(0\.5, 0, 0\) lies as a corner of other"),
     "flat": (TETRAHEDRON * (1, 1, 0), FACES, "mesh encloses no volume"),
     "two-sided sheet": (TETRAHEDRON, np.array([(0, 1, 2), (0, 2, 1)]), "mesh has a sheet without thickness"),
