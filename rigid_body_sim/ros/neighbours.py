@@ -83,12 +83,14 @@ class Neighbours:
     def _tell_who_mixes(self, topic: str) -> None:
         what = "whoever listens there gets both mixed; give each node a namespace of its own (-r __ns:=/second)"
         if topic == "/clock":
-            what = "time goes to and fro for whoever follows it; leave clock out of the outputs of all nodes but one"
+            what = (
+                "time goes back and forth for whoever follows it; leave clock out of the outputs of all nodes but one"
+            )
         for name, _ in self._others(topic):
             self._once((topic, name), f"{name} publishes on {topic}, too: {what}")
 
     def _ask_frames(self, topic: str) -> None:
-        """Two bodies of one name in the tree of frames jump to and fro; the messages do not tell who sent them."""
+        """Two bodies of one name in the tree of frames jump back and forth; the messages do not tell who sent them."""
         for name, _ in self._others(topic):
             client = self._asked.get(name)
             if client is None:

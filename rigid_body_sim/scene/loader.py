@@ -3,7 +3,7 @@
 import logging
 import os
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -66,11 +66,19 @@ class Scene:
         self.values = attitude.read(self._given)
         source = mass_source.resolve(self.values, self._given, folder, self._files)
         self.values.update(source.followed)
-        self.notes = source.notes
+        self.notes = (*source.notes, *self._notes_of_time())
         self.steps_per_publish = self._steps_per_publish()
         self.frames = self._frames()
         self.body()
         self.initial_state()
+
+    def _notes_of_time(self) -> Iterator[str]:
+        timeout, rate = self["wrench.timeout"], self["rate"]
+        if 0.0 < timeout * rate < 1.0 - 1e-6:
+            yield (
+                f"parameter wrench.timeout = {timeout:g}: is shorter than a step of {1.0 / rate:.6g} s, "
+                "and a command acts for one step"
+            )
 
     def changed(self, changes: Mapping[str, Any]) -> "Scene":
         """The scene with other values for some parameters; what followed from others follows from them anew.

@@ -48,7 +48,7 @@ def test_who_keeps_commands_from_arriving_or_mixes_outputs_is_told_once(connect,
         "geometry_msgs/msg/WrenchStamped: nothing of it arrives; publish geometry_msgs/msg/WrenchStamped there, whose",
         f"{namespace}/tool publishes geometry_msgs/msg/Twist on {namespace}/set_twist, where this node takes geometry",
         f"{namespace}/tool publishes on {namespace}/pose, too: whoever listens there gets both mixed",
-        f"{namespace}/tool publishes on /clock, too: time goes to and fro",
+        f"{namespace}/tool publishes on /clock, too: time goes back and forth",
     ]
 
     def said():

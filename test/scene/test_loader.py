@@ -108,3 +108,10 @@ def test_wrench_in_a_frame_acts_at_its_origin_and_in_its_axes(axes):
     force, torque = force_and_torque(frame.wrench(tuple(FORCE), tuple(TORQUE)), q)
     assert_allclose(force, to_world @ FORCE, rtol=0, atol=5e-15)  # measured 5.0e-16
     assert_allclose(torque, to_world @ TORQUE + np.cross(arm, to_world @ FORCE), rtol=0, atol=5e-15)  # measured 2.2e-16
+
+
+@pytest.mark.parametrize(("rate", "timeout", "told"), [(3.0, 0.1, True), (3.0, 1 / 3, False), (3.0, 0.0, False)])
+def test_timeout_shorter_than_a_step_is_told(rate, timeout, told):
+    notes = Scene({"rate": rate, "publish_rate": 0.0, "wrench.timeout": timeout}).notes
+    text = "parameter wrench.timeout = 0.1: is shorter than a step of 0.333333 s, and a command acts for one step"
+    assert notes == ((text,) if told else ())

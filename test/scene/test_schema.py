@@ -266,9 +266,7 @@ def test_extreme_value_is_refused_by_a_sentence(given, reason):
 
 # Names that are not known ---------------------------------------------------------------------------------------------
 
-BODY = (
-    "the parameters of body are frame_id, mass, inertia, center_of_mass, shape, dimensions, density, mesh_file, urdf_f"
-)
+BODY = "the parameters of body are frame_id, mass, inertia, center_of_mass, shape, dimensions, density, mesh_f"
 
 
 @pytest.mark.parametrize(
