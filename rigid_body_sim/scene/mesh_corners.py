@@ -13,8 +13,8 @@ _FLOAT32 = 4.0 * 2.0**-23  # of the size: what programs that reckon in float32 m
 _MOST_PAIRS = 4_000_000  # or 64 a corner: more are no round-off but a part that is far smaller than the size
 _DIGITS = 6  # what C and C++ print where nothing else is said
 _NOTE = (
-    "its triangles meet only where corners that are nearly equal are one; merged with another, no more than "
-    "{limit:.3g} of the file's units away: {count}"
+    "{count} of its corners {are} merged with another at most {limit:.3g} away (in the file's units), without which it "
+    "would be open"
 )
 _HALF = [(x, y, z) for x in (-1, 0, 1) for y in (-1, 0, 1) for z in (-1, 0, 1) if (x, y, z) > (0, 0, 0)]
 
@@ -37,7 +37,7 @@ def joined(corners: Floats, triangles: Integers) -> tuple[Floats, Integers, str]
         found = _without_flaps(_without_collapsed(names[triangles]))
         if len(found) and not open_corners(found).size:
             count = int((names != np.arange(len(names))).sum())
-            return vertices, found, _NOTE.format(count=count, limit=limit)
+            return vertices, found, _NOTE.format(count=count, are="is" if count == 1 else "are", limit=limit)
     return vertices, triangles, ""
 
 

@@ -149,14 +149,26 @@ def _of_link(root: ElementTree.Element, name: str) -> MassProperties:
         raise ValueError(f"has no link {schema.shown(name)}; its links are {_listed(links)}{_deeper(root)}")
     inertials = links[name].findall("inertial")
     if not inertials:
-        those = _listed(_with_mass(links))
-        raise ValueError(f"link {schema.shown(name)} has no <inertial>; those that have one: {those}")
+        those = f"those that have one: {_listed(_with_mass(links))}{_mesh_instead(links[name])}"
+        raise ValueError(f"link {schema.shown(name)} has no <inertial>; {those}")
     try:
         if len(inertials) > 1:
             raise ValueError(f"<inertial> stands there {len(inertials)} times; a link has one")
         return _of_inertial(inertials[0], version)
     except ValueError as reason:
         raise ValueError(f"link {schema.shown(name)}: {reason}") from None
+
+
+def _mesh_instead(link: ElementTree.Element) -> str:
+    """The link's mesh, by the parameters that take one."""
+    for kind in ("collision", "visual"):
+        mesh = link.find(f"{kind}/geometry/mesh[@filename]")
+        if mesh is not None:
+            scale = schema.shown_name(", ".join(mesh.get("scale", "").split()))
+            file = schema.shown_name(mesh.attrib["filename"])
+            scaled = f" and body.mesh_scale: [{scale}]" if "scale" in mesh.attrib else ""
+            return f"; the mesh of its <{kind}> can stand in: body.mesh_file: {file}{scaled}"
+    return ""
 
 
 def _links(root: ElementTree.Element) -> dict[str, ElementTree.Element]:

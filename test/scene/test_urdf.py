@@ -362,3 +362,17 @@ def test_deep_nesting_does_no_harm(read):
 def test_missing_file_is_an_os_error(tmp_path):
     with pytest.raises(OSError, match=r"nowhere\.urdf"):
         urdf.read(tmp_path / "nowhere.urdf")
+
+
+@pytest.mark.parametrize(
+    ("scale", "told"), [("", ""), (' scale="0.001 0.001 0.001"', " and body.mesh_scale: [0.001, 0.001, 0.001]")]
+)
+def test_mesh_of_a_link_without_inertial_is_named(tmp_path, scale, told):
+    """By the parameters that take it, with its scale."""
+    file = tmp_path / "hull.urdf"
+    mesh = f'<collision><geometry><mesh filename="package://hull/a.stl"{scale}/></geometry></collision>'
+    file.write_text(f'<robot name="r"><link name="a">{mesh}</link></robot>')
+    with pytest.raises(ValueError) as refused:
+        urdf.read(file, "a")
+    what = "those that have one: none; the mesh of its <collision> can stand in: body.mesh_file: package://hull/a.stl"
+    assert str(refused.value).endswith(f"link 'a' has no <inertial>; {what}{told}")
