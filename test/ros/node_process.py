@@ -27,7 +27,7 @@ class NodeProcess:
     def __init__(self, parameters, folder, arguments=(), namespace="", environment=None, module=NODE, prefix=()):
         command = [*prefix, sys.executable, "-m", module, "--ros-args", *arguments]
         if parameters is not None:
-            parameters = {**deep_queues(namespace, parameters.get("outputs", ())), **parameters}
+            parameters = {**deep_queues(namespace, parameters), **parameters}
             file = folder / "parameters.yaml"
             file.write_text(yaml.safe_dump({"/**": {"ros__parameters": parameters}}))
             command += ["--params-file", str(file)]
@@ -120,9 +120,11 @@ def all_processes():
     return [path.name for path in Path("/proc").iterdir() if path.name.isdigit()]
 
 
-def deep_queues(namespace, outputs):
-    """Parameters that override the queue length of the publishers in the node's namespace."""
+def deep_queues(namespace, parameters):
+    """Parameters that override the queue length of publishers and command topics in the node's namespace."""
     if not namespace:
         return {}
-    topics = ["pose", "twist", *(topic for topic in outputs if topic not in ("clock", "tf"))]
-    return {f"qos_overrides.{namespace}/{topic}.publisher.depth": DEEP_QUEUE for topic in topics}
+    sent = ["pose", "twist", *(topic for topic in parameters.get("outputs", ()) if topic not in ("clock", "tf"))]
+    taken = [topic for topic in parameters.get("wrench.topics", ("wrench",)) if not topic.startswith("/")]
+    ends = [*(f"{topic}.publisher" for topic in sent), *(f"{topic}.subscription" for topic in taken)]
+    return {f"qos_overrides.{namespace}/{end}.depth": DEEP_QUEUE for end in ends}
