@@ -57,6 +57,7 @@ class Loop:
         self._begin_at(0)
         self.pacer = Pacer(simulation.rate, time.monotonic_ns(), scene["real_time_factor"])
         self._clock_due_ns = 0
+        self._unanswered = False  # in lockstep: a command came while paused, and nothing was published since
         self._run: Run | None = None
 
     @property
@@ -96,6 +97,7 @@ class Loop:
 
     def publish(self) -> None:
         """Publish what is asked for of the present step, all with its stamp."""
+        self._unanswered = False
         self._outputs.publish(self.stamp_ns)
 
     @property
@@ -174,9 +176,15 @@ class Loop:
     # What others ask for, between two steps ---------------------------------------------------------------------------
 
     def on_command(self) -> None:
-        """In lockstep, a command advances the simulation."""
-        if self.mode == "lockstep" and self._try_steps(self._steps_per_command):
-            self.publish()
+        """In lockstep, a command advances the simulation; one that comes while paused does so when it goes on.
+
+        Whoever has sent it waits for its answer, and sends no other.
+        """
+        if self.mode == "lockstep":
+            if self._try_steps(self._steps_per_command):
+                self.publish()
+        else:
+            self._unanswered = self.lockstep
 
     def on_changed_state(self) -> None:
         """After the state was set from outside: when no step follows by itself, show it."""
@@ -196,6 +204,8 @@ class Loop:
             self.end_run("the simulation was set going")
             self.pacer.start(time.monotonic_ns())
         self.paused = wanted
+        if self._unanswered and not wanted:
+            self.on_command()
         return f"{already}{self.mode}"
 
     def step(self, n: int = 1) -> str:

@@ -137,12 +137,35 @@ def test_paused_lockstep_takes_steps_from_the_service_only(nodes):
     remote = nodes[0]
     closed_loop(remote, 3)
     remote.pause(True)
-    remote.send("base_link")
+    send_and_wait_for_its_arrival(remote)
     assert remote.call("step").message.startswith("step 16,")
     assert stamp_ns(remote.poses[-1]) == 32_000_000
     assert remote.pause(False).message == "lockstep"
     remote.send("base_link")
     remote.wait(lambda: stamp_ns(remote.poses[-1]) == 42_000_000, "the next command's pose")
+
+
+def send_and_wait_for_its_arrival(remote):
+    """The latest command before it was taken some steps ago."""
+    remote.send("base_link", torque=(0.0, 0.0, 1.0))
+    remote.wait_arrived("wrench")
+
+
+def test_command_that_came_while_paused_is_answered_when_it_goes_on(nodes):
+    """Whoever has sent it waits for the answer and sends no other: both would wait for ever."""
+    remote = nodes[0]
+    closed_loop(remote, 3)
+    remote.pause(True)
+    assert remote.call("step").message.startswith("step 16,")
+    send_and_wait_for_its_arrival(remote)
+    remote.settle()
+    assert stamp_ns(remote.poses[-1]) == 32_000_000
+    assert remote.pause(False).message == "lockstep"
+    remote.wait(lambda: stamp_ns(remote.poses[-1]) == 42_000_000, "the answer")
+    for paused in (True, False):  # it was answered
+        remote.pause(paused)
+    remote.settle()
+    assert stamp_ns(remote.poses[-1]) == 42_000_000
 
 
 def test_who_joins_late_gets_the_present_state(nodes):
