@@ -3,7 +3,7 @@
 The network is asked in the report, once a second, and never in the loop.
 """
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import partial
 from typing import Any
 
@@ -29,17 +29,19 @@ class Neighbours:
         self._mixed = [each.end.topic_name for each in outputs if each.output.topic not in SHARED]
         self._tf = next((each.end.topic_name for each in outputs if each.output.topic == "/tf"), None)
         self._lead = node.resolve_topic_name(scene["wrench.topics"][0])
-        self._outputs = [each.end for each in outputs]
+        self._outputs = {each.end.topic_name: each.end for each in outputs}
         self._told: set[tuple[str, ...]] = set()
         self._asked: dict[str, Any] = {}  # clients, by the names of nodes that publish on /tf
         self._namesakes = 0
-        self._waited, self._steps = 0, -1
+        self._waited, self._still = 0, (-1, False)
 
     def look(self) -> None:
         """Ask the network, and tell what is new."""
         self._tell_namesakes()
         for topic, kind in self._inputs.items():
             self._tell_other_types(topic, kind)
+        for topic, end in self._outputs.items():
+            self._tell_deaf(topic, type_name(end.msg_type))
         for topic in self._mixed:
             self._tell_who_mixes(topic)
         if self._tf is not None:
@@ -51,13 +53,16 @@ class Neighbours:
             self._told.add(key)
             self._warn(text)
 
-    def _others(self, topic: str) -> Iterable[tuple[str, TopicEndpointInfo]]:
-        """Full names of the other nodes that publish on a topic, and how."""
+    def _others(self, ends: Iterable[TopicEndpointInfo]) -> Iterator[tuple[str, TopicEndpointInfo]]:
+        """Those of ``ends`` that are other nodes', and the full names of these."""
         own = self._node.get_fully_qualified_name()
-        for end in self._node.get_publishers_info_by_topic(topic):
+        for end in ends:
             name = f"{end.node_namespace.rstrip('/')}/{end.node_name}"
             if name != own:
                 yield name, end
+
+    def _publishers(self, topic: str) -> Iterator[tuple[str, TopicEndpointInfo]]:
+        return self._others(self._node.get_publishers_info_by_topic(topic))
 
     def _tell_namesakes(self) -> None:
         """A node of the same name gets the same commands, and mixes what both publish."""
@@ -72,12 +77,22 @@ class Neighbours:
 
     def _tell_other_types(self, topic: str, kind: str) -> None:
         """A message of another type reaches nobody. Fast DDS has no two types on one topic, so it cannot be taken."""
-        for name, end in self._others(topic):
+        for name, end in self._publishers(topic):
             if end.topic_type != kind:
                 self._once(
                     (topic, name, end.topic_type),
                     f"{name} publishes {end.topic_type} on {topic}, where this node takes {kind}: nothing of it "
                     f"arrives; publish {kind} there{_plain_wrench(end.topic_type)}",
+                )
+
+    def _tell_deaf(self, topic: str, kind: str) -> None:
+        """Who listens for messages of another type hears nothing, and is told nothing."""
+        for name, end in self._others(self._node.get_subscriptions_info_by_topic(topic)):
+            if end.topic_type != kind:
+                self._once(
+                    (topic, name, end.topic_type),
+                    f"{name} subscribes to {topic} as {end.topic_type}, where this node publishes {kind}: nothing of "
+                    f"it arrives; subscribe to {kind} there",
                 )
 
     def _tell_who_mixes(self, topic: str) -> None:
@@ -86,12 +101,12 @@ class Neighbours:
             what = (
                 "time goes back and forth for whoever follows it; leave clock out of the outputs of all nodes but one"
             )
-        for name, _ in self._others(topic):
+        for name, _ in self._publishers(topic):
             self._once((topic, name), f"{name} publishes on {topic}, too: {what}")
 
     def _ask_frames(self, topic: str) -> None:
         """Two bodies of one name in the tree of frames jump back and forth; the messages do not tell who sent them."""
-        for name, _ in self._others(topic):
+        for name, _ in self._publishers(topic):
             client = self._asked.get(name)
             if client is None:
                 client = self._asked[name] = self._node.create_client(GetParameters, f"{name}/get_parameters")
@@ -111,17 +126,29 @@ class Neighbours:
 
     def _tell_wait(self) -> None:
         """In lockstep, both sides may wait for each other, each without a word."""
-        steps, waits = self._loop.simulation.steps, self._loop.mode == "lockstep"
-        self._waited = self._waited + 1 if waits and steps == self._steps else 0
-        self._steps = steps
-        if self._waited != PATIENCE or not any(end.get_subscription_count() for end in self._outputs):
+        is_asked = self._loop.mode == "lockstep" and any(e.get_subscription_count() for e in self._outputs.values())
+        senders = self._node.count_publishers(self._lead) if is_asked else 0
+        still = self._loop.simulation.steps, senders > 0
+        self._waited, self._still = self._waited + 1 if is_asked and still == self._still else 0, still
+        if self._waited != PATIENCE:
             return
-        if senders := self._node.count_publishers(self._lead):
+        begin = f"waiting for a command: in lockstep each message on {self._lead} advances the time, and"
+        if senders:
             self._warn(
-                f"waiting for a command: in lockstep each message on {self._lead} advances the time, and none of its "
-                f"{senders} publishers has sent one for {PATIENCE} s; the state to answer is kept for subscriptions "
-                "with the durability TRANSIENT_LOCAL, all others begin with a command"
+                f"{begin} none of its {senders} publishers has sent one for {PATIENCE} s; the state to answer is kept "
+                "for subscriptions with the durability TRANSIENT_LOCAL, all others begin with a command"
             )
+        else:
+            self._once(("nobody", self._lead), f"{begin} nobody publishes there{self._elsewhere()}")
+
+    def _elsewhere(self) -> str:
+        """Where there are commands under the same name in other namespaces, and what would be right."""
+        last, kind = self._lead.rpartition("/")[2], self._inputs[self._lead]
+        for topic, kinds in self._node.get_topic_names_and_types():
+            like = topic != self._lead and topic.rpartition("/")[2] == last and kind in kinds
+            if like and self._node.count_publishers(topic):
+                return f", but on {topic}; give the publisher this node's namespace, or -r {last}:={self._lead}"
+        return ""
 
 
 def _plain_wrench(kind: str) -> str:

@@ -1,5 +1,6 @@
 """What is told of other nodes: commands that cannot arrive, and outputs that two nodes mix."""
 
+import time
 from types import SimpleNamespace
 
 import pytest
@@ -43,23 +44,25 @@ def test_who_keeps_commands_from_arriving_or_mixes_outputs_is_told_once(connect,
         (PoseStamped, "set_pose"),
     ]
     publishers = [other.create_publisher(kind, topic, 1) for kind, topic in ends]
+    deaf = other.create_subscription(Twist, "twist", print, 1)
     texts = [
         f"{namespace}/tool publishes geometry_msgs/msg/Wrench on {namespace}/wrench, where this node takes "
         "geometry_msgs/msg/WrenchStamped: nothing of it arrives; publish geometry_msgs/msg/WrenchStamped there, whose",
         f"{namespace}/tool publishes geometry_msgs/msg/Twist on {namespace}/set_twist, where this node takes geometry",
         f"{namespace}/tool publishes on {namespace}/pose, too: whoever listens there gets both mixed",
         f"{namespace}/tool publishes on /clock, too: time goes back and forth",
+        f"{namespace}/tool subscribes to {namespace}/twist as geometry_msgs/msg/Twist, where this node publishes geometry",
     ]
 
     def said():
         log = remote.process.stdout + remote.process.stderr
-        return [log.count(text) for text in texts], log.count("/tool publishes")
+        return [log.count(text) for text in texts], log.count("/tool publishes") + log.count("/tool subscribes")
 
     remote.wait(lambda: all(said()[0]), "all warnings")
     for _ in range(2):
         remote.report()
-    assert said() == ([1] * 4, 4)
-    assert len(publishers) == 5
+    assert said() == ([1] * 5, 5)
+    assert len(publishers) == 5 and deaf.topic_name == f"{namespace}/twist"
 
 
 @pytest.mark.parametrize(("frame", "expected"), [("base_link", 1), ("other_link", 0), (None, 0)])
@@ -74,7 +77,9 @@ def test_two_bodies_of_one_frame_on_tf_are_told(node_of_others, frame, expected)
     if frame is not None:
         other.declare_parameter("body.frame_id", frame)
     publisher = other.create_publisher(TransformStamped, f"/tf_{frame}/tf", 1)
-    end = SimpleNamespace(topic_name=publisher.topic_name, get_subscription_count=lambda: 0)
+    end = SimpleNamespace(
+        topic_name=publisher.topic_name, msg_type=TransformStamped, get_subscription_count=lambda: 0
+    )
     loop = SimpleNamespace(mode="running", simulation=SimpleNamespace(steps=0))
     neighbours = Neighbours(own, Scene(), loop, [], [SimpleNamespace(end=end, output=SimpleNamespace(topic="/tf"))])
     warned, asked = [], neighbours._told
@@ -94,3 +99,48 @@ def test_two_bodies_of_one_frame_on_tf_are_told(node_of_others, frame, expected)
     assert answered == [f"/tf_{frame}/second"] and len(warned) == expected
     assert all(f"/tf_{frame}/second sends the frame base_link on /tf, too" in text for text in warned)
     assert (f"/tf_{frame}/second", "asked") in asked
+
+
+def test_what_lockstep_waits_for_is_told_however_late_the_others_come(node_of_others):
+    """Once a wait with somebody on both sides; that nobody publishes commands, once; while paused, nothing."""
+    from geometry_msgs.msg import PoseStamped, WrenchStamped
+
+    from rigid_body_sim.ros.neighbours import PATIENCE, Neighbours
+
+    own, other = node_of_others("own", "/waits"), node_of_others("other", "/astray")
+    loop = SimpleNamespace(mode="lockstep", simulation=SimpleNamespace(steps=0))
+    listeners, topic = 0, "/waits/wrench"
+    pose = SimpleNamespace(
+        topic_name="/waits/pose", msg_type=PoseStamped, get_subscription_count=lambda: listeners
+    )
+    wrench = SimpleNamespace(end=SimpleNamespace(topic_name=topic, msg_type=WrenchStamped))
+    outputs = [SimpleNamespace(end=pose, output=SimpleNamespace(topic="pose"))]
+    neighbours, warned = Neighbours(own, Scene({"lockstep": True}), loop, [wrench], outputs), []
+    neighbours._warn = warned.append
+
+    def said(looks=3 * PATIENCE):
+        warned.clear()
+        for _ in range(looks):
+            neighbours._tell_wait()
+        return [text.split(" advances the time, and ")[1].split(";")[0] for text in warned]
+
+    def publish_on(name):
+        end = other.create_publisher(WrenchStamped, name, 1)
+        deadline = time.monotonic() + 60.0
+        while not own.count_publishers(end.topic_name):
+            assert time.monotonic() < deadline
+            time.sleep(0.01)
+        return end
+
+    astray = publish_on("wrench")
+    assert said() == []
+    listeners = 1
+    assert (said(), said()) == (["nobody publishes there, but on /astray/wrench"], [])
+    end = publish_on(topic)
+    waits = f"none of its 1 publishers has sent one for {PATIENCE} s"
+    assert (said(PATIENCE), said(1), said()) == ([], [waits], [])
+    loop.simulation.steps += 1
+    assert said() == [waits]
+    loop.mode = "paused"
+    assert said() == []
+    assert (astray.topic_name, end.topic_name) == ("/astray/wrench", topic)
