@@ -51,7 +51,7 @@ def test_who_keeps_commands_from_arriving_or_mixes_outputs_is_told_once(connect,
         f"{namespace}/tool publishes geometry_msgs/msg/Twist on {namespace}/set_twist, where this node takes geometry",
         f"{namespace}/tool publishes on {namespace}/pose, too: whoever listens there gets both mixed",
         f"{namespace}/tool publishes on /clock, too: time goes back and forth",
-        f"{namespace}/tool subscribes to {namespace}/twist as geometry_msgs/msg/Twist, where this node publishes geometry",
+        f"{namespace}/tool subscribes to {namespace}/twist as geometry_msgs/msg/Twist, where this node publishes geo",
     ]
 
     def said():
@@ -77,9 +77,7 @@ def test_two_bodies_of_one_frame_on_tf_are_told(node_of_others, frame, expected)
     if frame is not None:
         other.declare_parameter("body.frame_id", frame)
     publisher = other.create_publisher(TransformStamped, f"/tf_{frame}/tf", 1)
-    end = SimpleNamespace(
-        topic_name=publisher.topic_name, msg_type=TransformStamped, get_subscription_count=lambda: 0
-    )
+    end = SimpleNamespace(topic_name=publisher.topic_name, msg_type=TransformStamped, get_subscription_count=lambda: 0)
     loop = SimpleNamespace(mode="running", simulation=SimpleNamespace(steps=0))
     neighbours = Neighbours(own, Scene(), loop, [], [SimpleNamespace(end=end, output=SimpleNamespace(topic="/tf"))])
     warned, asked = [], neighbours._told
@@ -110,9 +108,7 @@ def test_what_lockstep_waits_for_is_told_however_late_the_others_come(node_of_ot
     own, other = node_of_others("own", "/waits"), node_of_others("other", "/astray")
     loop = SimpleNamespace(mode="lockstep", simulation=SimpleNamespace(steps=0))
     listeners, topic = 0, "/waits/wrench"
-    pose = SimpleNamespace(
-        topic_name="/waits/pose", msg_type=PoseStamped, get_subscription_count=lambda: listeners
-    )
+    pose = SimpleNamespace(topic_name="/waits/pose", msg_type=PoseStamped, get_subscription_count=lambda: listeners)
     wrench = SimpleNamespace(end=SimpleNamespace(topic_name=topic, msg_type=WrenchStamped))
     outputs = [SimpleNamespace(end=pose, output=SimpleNamespace(topic="pose"))]
     neighbours, warned = Neighbours(own, Scene({"lockstep": True}), loop, [wrench], outputs), []
