@@ -8,6 +8,7 @@ results.
 import hashlib
 import os
 from collections.abc import Callable, Sequence
+from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -27,6 +28,7 @@ _Result = TypeVar("_Result")
 ENABLED = numba is not None and os.environ.get("RIGID_BODY_SIM_NO_NUMBA", "0") in ("", "0")
 
 
+@cache
 def sources_digest() -> str:
     """Name of this version of the kernels: numba notices a change in a kernel's own file, not in those it calls."""
     package = Path(__file__).parents[1]

@@ -67,8 +67,9 @@ class Loop:
 
     def start(self, clock_ns: Callable[[], int]) -> None:
         """Begin to count time, whose stamps begin with what ``clock_ns`` says now."""
-        self._begin_at(clock_ns())
+        epoch_ns = clock_ns()  # first, so that no stamp is ahead of that clock
         self.pacer.start(time.monotonic_ns())
+        self._begin_at(epoch_ns)
 
     def _begin_at(self, epoch_ns: int) -> None:
         self.epoch_ns = epoch_ns

@@ -1,11 +1,14 @@
 """Pace and /clock: slower, faster, as fast as possible, and what time does while it stands still."""
 
 import itertools
+import os
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+from . import node_process
 from .remote import stamp_ns
 
 pytest.importorskip("rclpy")
@@ -138,3 +141,21 @@ def test_reset_sets_time_back_only_when_asked(connect):
     remote.wait(
         lambda: went_back([stamp_ns(message) for message in remote.poses]), "a stamp earlier than the one before"
     )
+
+
+def test_stamps_begin_between_two_readings_of_the_clock(connect, tmp_path):
+    """One is taken when the start is over but for the loop, the other when the node answers: no load moves one of them.
+
+    Until then the node is held up, in its last log.
+    """
+    go_on = tmp_path / "go on"
+    folders = [str(node_process.ROOT), str(Path(__file__).parent), os.environ.get("PYTHONPATH")]
+    environment = {"HELD_UP_UNTIL": str(go_on), "PYTHONPATH": os.pathsep.join(filter(None, folders))}
+    remote = connect({"start_paused": True}, module="held_up", environment=environment)
+    remote.process.wait_ready()
+    before_ns = time.time_ns()
+    go_on.touch()
+    remote.ready()  # after a reset, at step 0, where it waits
+    after_ns = time.time_ns()
+    (stamp,) = {stamp_ns(message) for message in remote.poses}
+    assert before_ns <= stamp <= after_ns
