@@ -16,6 +16,7 @@ from .loop import Loop
 from .messages import type_name
 
 PATIENCE = 5  # looks without a command in lockstep, one a second
+UNKNOWN = "_NODE_NAME_UNKNOWN_"  # what the middleware says until it has heard whose a publisher is
 SHARED = ("/tf", "marker")  # outputs to which others may add without mixing them
 
 
@@ -52,11 +53,11 @@ class Neighbours:
             self._warn(text)
 
     def _others(self, topic: str) -> Iterable[tuple[str, TopicEndpointInfo]]:
-        """Full names of the other nodes that publish on a topic, and how."""
+        """Full names of the other nodes that publish on a topic, and how; those not known yet at a later look."""
         own = self._node.get_fully_qualified_name()
         for end in self._node.get_publishers_info_by_topic(topic):
             name = f"{end.node_namespace.rstrip('/')}/{end.node_name}"
-            if name != own:
+            if name != own and end.node_name != UNKNOWN:
                 yield name, end
 
     def _tell_namesakes(self) -> None:

@@ -94,3 +94,23 @@ def test_two_bodies_of_one_frame_on_tf_are_told(node_of_others, frame, expected)
     assert answered == [f"/tf_{frame}/second"] and len(warned) == expected
     assert all(f"/tf_{frame}/second sends the frame base_link on /tf, too" in text for text in warned)
     assert (f"/tf_{frame}/second", "asked") in asked
+
+
+def test_publisher_is_told_of_once_its_node_is_known(node_of_others):
+    """Its topics may be heard of before its name is: then one warning would have no name, and a second would follow."""
+    from rigid_body_sim.ros.neighbours import Neighbours
+
+    own, kind = node_of_others("own", "/late"), "geometry_msgs/msg/PoseStamped"
+    end = SimpleNamespace(topic_name="/late/pose", get_subscription_count=lambda: 0)
+    loop = SimpleNamespace(mode="running", simulation=SimpleNamespace(steps=0))
+    neighbours = Neighbours(own, Scene(), loop, [], [SimpleNamespace(end=end, output=SimpleNamespace(topic="pose"))])
+    warned = []
+    neighbours._warn = warned.append
+    heard = SimpleNamespace(node_namespace="_NODE_NAMESPACE_UNKNOWN_", node_name="_NODE_NAME_UNKNOWN_", topic_type=kind)
+    own.get_publishers_info_by_topic = lambda _: [heard]
+    neighbours.look()
+    assert warned == []
+    heard.node_namespace, heard.node_name = "/late", "second"
+    for _ in range(2):
+        neighbours.look()
+    assert len(warned) == 1 and warned[0].startswith("/late/second publishes on /late/pose, too: ")
