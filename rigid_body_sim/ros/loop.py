@@ -242,12 +242,13 @@ class Loop:
 
         ``time_too`` None means as the parameter ``reset_time`` says. Where no stamp is left time begins anew.
         """
-        keep_time = self._keep_time if time_too is None else not time_too
-        keep_time = keep_time and self.simulation.steps < self._last_step
+        is_at_end = self.simulation.steps >= self._last_step
+        keep_time = (self._keep_time if time_too is None else not time_too) and not is_at_end
         self.end_run("the simulation was reset")
+        if state or is_at_end:  # where no stamp was left, the state was good: another time is all that it needs
+            self.failure = ""
         if state:
             self.simulation.reset(keep_time=keep_time)
-            self.failure = ""
         elif not keep_time:
             self.simulation.restart_time()
         self.pacer.start(time.monotonic_ns())

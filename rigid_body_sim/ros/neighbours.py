@@ -16,6 +16,7 @@ from .loop import Loop
 from .messages import type_name
 
 PATIENCE = 5  # looks without a command in lockstep, one a second
+UNKNOWN = "_NODE_NAME_UNKNOWN_"  # what the middleware says until it has heard whose a publisher is
 SHARED = ("/tf", "marker")  # outputs to which others may add without mixing them
 
 
@@ -54,11 +55,11 @@ class Neighbours:
             self._warn(text)
 
     def _others(self, ends: Iterable[TopicEndpointInfo]) -> Iterator[tuple[str, TopicEndpointInfo]]:
-        """Those of ``ends`` that are other nodes', and the full names of these."""
+        """Those of ``ends`` that are other nodes', and their full names; those not known yet at a later look."""
         own = self._node.get_fully_qualified_name()
         for end in ends:
             name = f"{end.node_namespace.rstrip('/')}/{end.node_name}"
-            if name != own:
+            if name != own and end.node_name != UNKNOWN:
                 yield name, end
 
     def _publishers(self, topic: str) -> Iterator[tuple[str, TopicEndpointInfo]]:

@@ -47,6 +47,7 @@ class PointingController(Node):
         self._unheard: tuple[PoseStamped, TwistStamped] | None = None
         self._publisher = self.create_publisher(WrenchStamped, "wrench", QUEUE)
         self._subscriptions_of_state: list[Subscription] = []
+        self._knows_publishers = False
         self._subscribe(DurabilityPolicy.VOLATILE)
 
     def _subscribe(self, durability: DurabilityPolicy) -> None:
@@ -60,16 +61,25 @@ class PointingController(Node):
             for kind, topic in ((PoseStamped, "pose"), (TwistStamped, "twist"))
         ]
 
-    def _follow_publishers(self) -> None:
-        """Ask for the state that is kept, where it is: in lockstep time stands still until somebody has answered it."""
+    def _follow_publishers(self) -> bool:
+        """Ask for the state that is kept, where it is: in lockstep time stands still until somebody has answered it.
+
+        Returns whether it is asked for anew, so that what came before comes once more.
+        """
         ends = self.get_publishers_info_by_topic("pose")
         kept = {end.qos_profile.durability for end in ends} == {DurabilityPolicy.TRANSIENT_LOCAL}
         wanted = DurabilityPolicy.TRANSIENT_LOCAL if kept else DurabilityPolicy.VOLATILE
-        if ends and wanted != self._durability:
-            self._subscribe(wanted)
+        self._knows_publishers = bool(ends)
+        if not ends or wanted == self._durability:
+            return False
+        self._waiting.clear()
+        self._subscribe(wanted)
+        return True
 
     def _on_message(self, message: PoseStamped | TwistStamped) -> None:
         """Wait for the other half: pose and twist of a step come one after the other, in either order."""
+        if not self._knows_publishers and self._follow_publishers():
+            return  # answered now, it would be answered twice
         stamp = (message.header.stamp.sec, message.header.stamp.nanosec)
         other = TwistStamped if isinstance(message, PoseStamped) else PoseStamped
         if (partner := self._waiting.pop((other, stamp), None)) is None:

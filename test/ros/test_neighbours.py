@@ -140,3 +140,25 @@ def test_what_lockstep_waits_for_is_told_however_late_the_others_come(node_of_ot
     loop.mode = "paused"
     assert said() == []
     assert (astray.topic_name, end.topic_name) == ("/astray/wrench", topic)
+
+
+def test_publisher_is_told_of_once_its_node_is_known(node_of_others):
+    """Its topics may be heard of before its name is: then one warning would have no name, and a second would follow."""
+    from geometry_msgs.msg import PoseStamped
+
+    from rigid_body_sim.ros.neighbours import Neighbours
+
+    own, kind = node_of_others("own", "/late"), "geometry_msgs/msg/PoseStamped"
+    end = SimpleNamespace(topic_name="/late/pose", msg_type=PoseStamped, get_subscription_count=lambda: 0)
+    loop = SimpleNamespace(mode="running", simulation=SimpleNamespace(steps=0))
+    neighbours = Neighbours(own, Scene(), loop, [], [SimpleNamespace(end=end, output=SimpleNamespace(topic="pose"))])
+    warned = []
+    neighbours._warn = warned.append
+    heard = SimpleNamespace(node_namespace="_NODE_NAMESPACE_UNKNOWN_", node_name="_NODE_NAME_UNKNOWN_", topic_type=kind)
+    own.get_publishers_info_by_topic = lambda _: [heard]
+    neighbours.look()
+    assert warned == []
+    heard.node_namespace, heard.node_name = "/late", "second"
+    for _ in range(2):
+        neighbours.look()
+    assert len(warned) == 1 and warned[0].startswith("/late/second publishes on /late/pose, too: ")

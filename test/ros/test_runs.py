@@ -89,6 +89,29 @@ def test_a_step_whose_stamp_no_message_holds_is_one_that_cannot_be_done(epoch_ns
     assert simulation.steps == last and "2^31 s" in told.ends[0]
 
 
+@pytest.mark.parametrize("mode", [{"lockstep": True, "steps_per_command": 100_000}, {"real_time_factor": 0.0}])
+@pytest.mark.parametrize("epoch_ns", [0, 1_790_000_000_123_456_789])
+def test_another_time_alone_makes_good_that_no_stamp_was_left(mode, epoch_ns):
+    """By commands, and as fast as possible: the motion goes on from the last state, which was good."""
+    scene = Scene({"rate": 1e-3, "publish_rate": 0.0, "initial.linear_velocity": (1.0, 0.0, 0.0), **mode})
+    simulation = Simulation.from_scene(scene)
+    loop = loops.Loop(scene, simulation, Published(simulation), lambda _: None)
+    loop.start(lambda: epoch_ns)
+    advance = loop.on_command if loop.lockstep else loop.turn
+    for _ in range(100_000):
+        advance()
+        if loop.failure:
+            break
+    assert 2**31 * 10**9 - 1000 * 10**9 <= loop.stamp_ns < 2**31 * 10**9
+    position = simulation.state.position[0]
+    assert position == pytest.approx(simulation.time, rel=1e-12)
+    assert loop.reset(state=False, time_too=True) == "state kept, simulated time from zero"
+    assert (loop.failure, loop.stamp_ns, simulation.state.position[0]) == ("", epoch_ns, position)
+    advance()
+    assert simulation.state.position[0] == pytest.approx(position + simulation.time, rel=1e-12)
+    assert simulation.steps > 0 and not loop.failure
+
+
 def test_run_and_single_steps_lead_to_the_same_bits(loop):
     """Also where a wrench ends within the run."""
     loop.simulation.set_wrench(Wrench(force_body=(1.0, 0.2, 0.0), torque_body=(0.1, 0.0, 0.3)), hold=0.777)
