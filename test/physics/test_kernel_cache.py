@@ -160,12 +160,12 @@ def test_nor_one_below_such_a_folder_unless_that_is_sticky(tmp_path):
 
 
 def test_links_of_ones_own_are_followed_and_what_they_lead_to_is_looked_at(tmp_path):
-    (tmp_path / "shared").mkdir()
-    (tmp_path / "shared" / "real").mkdir(mode=0o700)
-    (tmp_path / "link").symlink_to("shared/../shared/real")
+    (tmp_path / "common").mkdir()
+    (tmp_path / "common" / "real").mkdir(mode=0o700)
+    (tmp_path / "link").symlink_to("common/../common/real")
     assert kernel_cache.distrust(tmp_path / "link") == ""
-    (tmp_path / "shared").chmod(0o777)
-    assert kernel_cache.distrust(tmp_path / "link") == f"{tmp_path}/shared can be written by others"
+    (tmp_path / "common").chmod(0o777)
+    assert kernel_cache.distrust(tmp_path / "link") == f"{tmp_path}/common can be written by others"
     (tmp_path / "circle").symlink_to("circle")
     with pytest.raises(OSError, match="too many links"):
         kernel_cache.distrust(tmp_path / "circle")
