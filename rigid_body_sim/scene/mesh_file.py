@@ -119,7 +119,25 @@ def _obj(content: bytes, kind: str) -> tuple[Floats, Integers]:
     if bad := re.search(rb"(?m)^f(?: .*)? [-+]?0+(?![0-9]).*$", text):
         line = schema.shown(bad[0].decode("latin-1"))
         raise ValueError(f"the face {line} has the corner 0; numbers of vertices begin at 1")
-    return _by_trimesh(text, kind)
+    return _by_trimesh(_counted_from_the_first(text), kind)
+
+
+def _counted_from_the_first(text: bytes) -> bytes:
+    """Corners -1, -2 are counted back from the vertices read so far; trimesh counts from the end of the file."""
+    if not re.search(rb"(?m)^f .*-", text):
+        return text
+    lines, read = text.split(b"\n"), 0
+
+    def absolute(corner: re.Match[bytes]) -> bytes:
+        if (number := read + 1 - int(corner[1])) < 1:
+            raise ValueError("a face has a corner that is none of its vertices")
+        return b" %d" % number
+
+    for i, line in enumerate(lines):
+        read += line.startswith(b"v ")
+        if line.startswith(b"f "):
+            lines[i] = re.sub(rb" +-(\d+)(?:/\S*)?", absolute, line)
+    return b"\n".join(lines)
 
 
 _READERS: dict[str, Any] = {"stl": _stl, "obj": _obj}

@@ -368,3 +368,16 @@ def test_file_that_cannot_be_taken_is_refused_in_a_sentence(tmp_path, name):
     with pytest.raises(ValueError, match=message) as told:
         scene_of(tmp_path, data if isinstance(data, bytes) else data.encode(), name)
     assert str(told.value).startswith("parameter body.mesh_file = ")
+
+
+def test_negative_corners_of_an_obj_are_counted_from_where_they_stand(tmp_path):
+    """Vertices that come later, here of a larger box without faces, change nothing."""
+    corners = [(x, y, z) for x in (0, 1) for y in (0, 2) for z in (0, 3)]
+    faces = [(0, 1, 3), (0, 3, 2), (4, 6, 7), (4, 7, 5), (0, 4, 5), (0, 5, 1),
+             (2, 3, 7), (2, 7, 6), (0, 2, 6), (0, 6, 4), (1, 5, 7), (1, 7, 3)]  # fmt: skip
+    lines = ["v {} {} {}".format(*corner) for corner in corners]
+    lines += ["f {} {}/-1 {}/-1/-1".format(*(k - 8 for k in face)) for face in faces]
+    lines += ["v {} {} {}".format(*(2 * x for x in corner)) for corner in corners]
+    (tmp_path / "box.obj").write_text("\n".join(lines))
+    scene = Scene({"body.mesh_file": str(tmp_path / "box.obj"), "body.density": 5.0})
+    assert scene["body.mass"] == pytest.approx(30.0, rel=1e-15)
