@@ -170,7 +170,7 @@ def _between(a: Floats, b: Floats) -> str:
 
 def _shown(vertex: Floats) -> str:
     """As in a file, whose numbers may be float32."""
-    return f"({', '.join(f'{number + 0.0:.9g}' for number in vertex)})"
+    return f"[{', '.join(f'{number + 0.0:.9g}' for number in vertex)}]"
 
 
 def _check_sheets(edges: _Edges, indices: Integers, vertices: Floats) -> None:

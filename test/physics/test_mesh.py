@@ -150,33 +150,33 @@ BAD = {  # vertices, triangles, and what the message must say
     "open": (
         TETRAHEDRON,
         FACES[:3],
-        r"mesh is open: 3 edges belong to one triangle only, such as that from \(1, 0, 0\) to \(0, 1, 0\)",
+        r"mesh is open: 3 edges belong to one triangle only, such as that from \[1, 0, 0\] to \[0, 1, 0\]",
     ),
     "inside out": (TETRAHEDRON, FACES[:, ::-1], r"mesh is inside out: its volume is -0\.166667 m³"),
     "one flipped": (TETRAHEDRON, with_flipped(FACES, 1), "mesh turns inside out: at 3 edges"),
     "one part inside out": (
         np.concatenate((TETRAHEDRON, 2.0 + TETRAHEDRON / 4)),
         np.concatenate((FACES, FACES[:, ::-1] + 4)),
-        r"mesh is inside out where the vertex \(2\.25, 2, 2\) is: that part has the volume -0\.00260417 m³ and is no h",
+        r"mesh is inside out where the vertex \[2\.25, 2, 2\] is: that part has the volume -0\.00260417 m³ and is no h",
     ),
     "fin": (
         np.concatenate((TETRAHEDRON, [(1, 1, 1)])),
         np.concatenate((FACES, [(0, 1, 4), (0, 4, 1)])),
-        r"mesh has a sheet without thickness, with an edge from \(1, 0, 0\) to \(1, 1, 1\) of two triangles that",
+        r"mesh has a sheet without thickness, with an edge from \[1, 0, 0\] to \[1, 1, 1\] of two triangles that",
     ),
     "three triangles at an edge": (
         np.concatenate((TETRAHEDRON, [(1, 1, 1)])),
         np.concatenate((FACES, [(0, 1, 4), (4, 1, 3), (3, 0, 4)])),
-        r"mesh is not a surface: 3 edges belong to more than two triangles .* from \(0, 0, 0\) to \(1, 0, 0\)",
+        r"mesh is not a surface: 3 edges belong to more than two triangles .* from \[0, 0, 0\] to \[1, 0, 0\]",
     ),
     "twice the same": (
         TETRAHEDRON,
         np.concatenate((FACES, FACES)),
-        r"mesh has 4 triangles twice, such as that of \(0, ",
+        r"mesh has 4 triangles twice, such as that of \[0, ",
     ),
     "one of two that share an edge inside out": (
         *touching((0, 1, 1, 0), flip=True),
-        r"of which one is inside out, at 1 edges, such as that from \(0, 1, 1\) to \(1, 1, 1\)",
+        r"of which one is inside out, at 1 edges, such as that from \[0, 1, 1\] to \[1, 1, 1\]",
     ),
     "one of two that share a corner inside out": (
         *touching((1, 1, 1, 0), flip=True),
@@ -189,9 +189,9 @@ BAD = {  # vertices, triangles, and what the message must say
     ),
     "one in the other along an edge": (
         *merged(np.concatenate((BOX, BOX * (0.5, 0.5, 1))), np.concatenate((SIDES, SIDES + 8))),
-        r"parts that overlap, .* at 1 edges, such as that from \(0, 0, 0\) to \(0, 0, 1\)",
+        r"parts that overlap, .* at 1 edges, such as that from \[0, 0, 0\] to \[0, 0, 1\]",
     ),
-    "T-junction": (*t_junction(), r"is open: 3 edges .* to .*, on which \(0\.5, 0, 0\) lies as a corner of other"),
+    "T-junction": (*t_junction(), r"is open: 3 edges .* to .*, on which \[0\.5, 0, 0\] lies as a corner of other"),
     "flat": (TETRAHEDRON * (1, 1, 0), FACES, "mesh encloses no volume"),
     "two-sided sheet": (TETRAHEDRON, np.array([(0, 1, 2), (0, 2, 1)]), "mesh has a sheet without thickness"),
     "all in a point": (np.zeros((4, 3)), FACES, "mesh encloses no volume"),

@@ -117,7 +117,7 @@ def test_text_of_six_digits_closes_within_the_sixth(tmp_path):
 def test_gap_wider_than_round_off_is_refused(tmp_path, gap):
     triangles = BOX.copy()
     triangles[0, 0] += 0.3 * gap
-    with pytest.raises(ValueError, match=r"is open: \d edges .* such as that from \(.*0, .*\) to \(0"):
+    with pytest.raises(ValueError, match=r"is open: \d edges .* such as that from \[.*0, .*\] to \[0"):
         scene_of(tmp_path, text_stl(triangles))
 
 
@@ -211,7 +211,7 @@ def test_scale_is_part_of_what_was_read(tmp_path):
 
 
 def test_refusal_names_coordinates_of_the_file_whatever_the_scale(tmp_path):
-    with pytest.raises(ValueError, match=r"from \(0, 0, 0\) to \(0, 0, 100\)"):
+    with pytest.raises(ValueError, match=r"from \[0, 0, 0\] to \[0, 0, 100\]"):
         scene_of(tmp_path, text_stl(np.round(BOX[1:] * 1000)), mesh_scale=MM)
 
 
