@@ -25,7 +25,9 @@ def scan(file: Path, plain: Path, folder: Path, contents: Contents, losses: Loss
 
     Raises DamagedError for a file that does not hold what a bag must, and BagError for what is beside it and not whole.
     """
-    log, journal, index = (file.with_name(plain.name + end) for end in BESIDE)
+    real = file.resolve()  # SQLite looks beside the file to which a link leads
+    name = real.name if plain == file else real.stem  # without what says that it is packed
+    log, journal, index = (real.with_name(name + end) for end in BESIDE)
     if _size(log) or _is_hot(journal):
         plain = _completed(file, plain, folder, log, journal, losses)
     elif index.exists() and not log.exists():  # SQLite removes both when it ends
@@ -61,7 +63,7 @@ def _completed(file: Path, plain: Path, folder: Path, log: Path, journal: Path, 
     copy = folder / f"{plain.name}.completed"
     before = _stamps(plain, beside)
     shutil.copyfile(plain, copy)
-    shutil.copyfile(beside, copy.with_name(f"{copy.name}{beside.name.removeprefix(plain.name)}"))
+    shutil.copyfile(beside, copy.with_name(copy.name + next(end for end in BESIDE if beside.name.endswith(end))))
     if _stamps(plain, beside) != before:
         raise DamagedError(f"{file.name} is being written; end its recorder first")
     with _opened(copy.absolute().as_uri()) as database:

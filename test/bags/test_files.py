@@ -67,6 +67,20 @@ def test_log_beside_the_file_is_read(tmp_path, packed, lone):
     assert contents(folder) == before
 
 
+@pytest.mark.parametrize("packed", (False, True))
+def test_log_is_looked_for_beside_what_a_link_leads_to(tmp_path, packed):
+    """As SQLite does: for a link to the file, and for one in a folder."""
+    folder, end = making.killed(tmp_path / "bag", MESSAGES), ".zstd" if packed else ""
+    if packed:
+        (folder / "x_0.db3.zstd").write_bytes(zstd.compress((folder / "x_0.db3").read_bytes()))
+    link = tmp_path / "links" / f"link.db3{end}"
+    link.parent.mkdir()
+    link.symlink_to(folder / f"x_0.db3{end}")
+    for path in (link, link.parent):
+        recording = read(path)
+        assert counts(recording) == [20, 20, 20, 20] and "x_0.db3-wal: what its writer" in told(recording)
+
+
 def test_log_is_read_where_nothing_can_be_written(tmp_path):
     """As on a read-only medium."""
     folder = making.killed(tmp_path / "bag", MESSAGES)
