@@ -180,26 +180,20 @@ class Scene:
         return Frame(position, tuple(orientation.tolist()), axes)
 
 
-def load_scene(path: str | os.PathLike[str], node: str = "") -> Scene:
+def load_scene(path: str | os.PathLike[str], node: str = DEFAULT_NODE) -> Scene:
     """The scene in a ROS parameter file, as the node of the full name ``node`` takes it: see parameter_file.
 
-    Without ``node`` it is that of ``/rigid_body_node``, or of the only node in the file. Relative paths in it begin at
-    its folder. The scene's notes are logged as warnings.
+    Relative paths in it begin at its folder. The scene's notes are logged as warnings.
 
     Raises OSError when the file cannot be read and ValueError, beginning with the path, when it is not such a file, has
     nothing for that node, or holds a parameter that is unknown or bad.
     """
     file = parameter_file.read(path)
     try:
-        given = file.parameters(f"/{node.strip('/')}" if node else _node_in(file))
+        given = file.parameters(f"/{node.strip('/')}")
         scene = Scene({name: value for name, value in given.items() if not schema.belongs_to_ros(name)})
     except ValueError as reason:
         raise ValueError(f"{os.fspath(path)}: {schema.one_line(reason)}") from None
     for note in scene.notes:
         _log.warning("%s: %s", os.fspath(path), note)
     return scene
-
-
-def _node_in(file: parameter_file.ParameterFile) -> str:
-    only = next(iter(file.sections)) if len(file.sections) == 1 else ""
-    return DEFAULT_NODE if file.has(DEFAULT_NODE) or not only or "*" in only else only

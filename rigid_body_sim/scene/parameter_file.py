@@ -40,7 +40,7 @@ class ParameterFile:
         Raises ValueError when there is no section for it, and for a name without a value or with two.
         """
         if not self.has(node):
-            raise ValueError(f"has no section for {node}; it has {self.shown_sections}")
+            raise ValueError(f"has no section for {node}; it has {self.shown_sections}: name the node that is meant")
         values: dict[str, Any] = {}
         for section, tree in self.sections.items():
             if fits(section, node):

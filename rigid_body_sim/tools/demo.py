@@ -16,7 +16,7 @@ import numpy as np
 from ..command_line import Parser
 from ..physics import rotation
 from ..scene.installed import installed_scene
-from ..scene.loader import DEFAULT_NODE, Scene, load_scene
+from ..scene.loader import Scene, load_scene
 from ..scene.schema import PARTS
 from ..simulation import kernels_are_cached
 from . import findings, picture
@@ -43,7 +43,7 @@ def main(args: list[str] | None = None) -> int:
         with _no_traceback():
             if not arguments.out.absolute().parent.is_dir():
                 raise ValueError(f"--out {arguments.out}: there is no such folder")
-            scene = load_scene(arguments.scene, DEFAULT_NODE)
+            scene = load_scene(arguments.scene)
             heard = _watch(arguments.scene, scene, arguments.duration)
             _report(scene, heard, arguments)
     except _DemoError as ended:

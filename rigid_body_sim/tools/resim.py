@@ -18,7 +18,7 @@ from ..bags.resimulating import Progress, Track
 from ..bags.rosbags_support import HOW_TO_INSTALL, BagError
 from ..bags.topics import A_POSE, there
 from ..command_line import Parser
-from ..scene.loader import Scene, load_scene
+from ..scene.loader import DEFAULT_NODE, Scene, load_scene
 from ..scene.schema import one_line
 from ..simulation import SimulationError
 from . import resim_output, resim_picture, sweep
@@ -59,6 +59,12 @@ def _parser() -> argparse.ArgumentParser:
         type=Path,
         metavar="FILE",
         help="parameter file of the node (default: the scene in the bag's journal)",
+    )
+    parser.add_argument(
+        "--node",
+        default=DEFAULT_NODE,
+        metavar="NAME",
+        help="full name of the node whose section of that file is taken (default %(default)s)",
     )
     parser.add_argument(
         "--out",
@@ -189,7 +195,7 @@ def _prepared(options: argparse.Namespace) -> tuple[Recording, Scene, Problem]:
         )
     scene: Scene | None
     if options.scene is not None:
-        scene, told = _scene_in(options.scene), f"Scene: {options.scene}."
+        scene, told = _scene_in(options.scene, options.node), f"Scene: {options.scene}."
     else:
         scene, told = problems.scene_of(recording), "Scene: as the node recorded it."
     if scene is None:
@@ -200,9 +206,9 @@ def _prepared(options: argparse.Namespace) -> tuple[Recording, Scene, Problem]:
     return recording, scene, problem
 
 
-def _scene_in(path: Path) -> Scene:
+def _scene_in(path: Path, node: str) -> Scene:
     try:
-        return load_scene(path)
+        return load_scene(path, node)
     except OSError as reason:
         raise ValueError(
             f"--scene {path}: cannot be read ({reason.strerror}); give a parameter file of the node"

@@ -171,7 +171,7 @@ def check_scene(path, taken):
 
 
 def check_node(path, scene):
-    """A node that is given the file takes what load_scene takes, or nothing when it is for another one."""
+    """A node that is given the file takes what load_scene takes, or nothing when that finds nothing for it."""
     try:
         given = arguments.read(["--ros-args", "--params-file", str(path)], "rigid_body_node")
         values = Scene({n: v for n, v in given.parameters.items() if not schema.belongs_to_ros(n)}).values
@@ -179,7 +179,7 @@ def check_node(path, scene):
         sentence(reason)
         assert scene is None
         return
-    assert given.notes or (scene is not None and scene.values == values)
+    assert scene is None if given.notes else scene.values == values
 
 
 def test_scenes(record_property, written):

@@ -251,9 +251,12 @@ def test_file_for_others_is_noted_with_their_names_and_ours(written):
         load_scene(path, "/satellite")
 
 
-def test_library_takes_the_only_node_there_is_whatever_its_name(written):
+def test_library_takes_no_section_of_another_node_unless_it_is_named(written):
+    """As the node, which says that there is nothing for it."""
     path = written("/x/satellite: {ros__parameters: {body.mass: 3.0}}\n")
-    assert load_scene(path)["body.mass"] == load_scene(path, "x/satellite")["body.mass"] == 3.0
+    with pytest.raises(ValueError, match="no section for /rigid_body_node; it has /x/satellite: name the node that is"):
+        load_scene(path)
+    assert load_scene(path, "x/satellite")["body.mass"] == 3.0
 
 
 # Several sources ------------------------------------------------------------------------------------------------------

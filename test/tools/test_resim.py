@@ -65,6 +65,13 @@ def test_same(folder, capsys):
     assert "Equal to the bit: 51 poses" in out and "Same within 1e-09 m, 1e-09 rad" in out
 
 
+def test_section_of_another_node_is_taken_only_when_it_is_named(folder, capsys):
+    (folder / "other.yaml").write_text(yaml.safe_dump({"/x/sat": {"ros__parameters": runs.SCENE}}))
+    said = refusal(capsys, "run", "--scene", "other.yaml")
+    assert "other.yaml: has no section for /rigid_body_node; it has /x/sat: name the node that is meant" in said
+    assert call(capsys, "run", "--scene", "other.yaml", "--node", "/x/sat")[0] == 0
+
+
 def test_compared_when_nothing_else_is_asked(folder, capsys):
     assert "Equal to the bit" in call(capsys, "run", "--scene", "scene.yaml")[1]
 
