@@ -9,6 +9,7 @@ from typing import Any
 
 from rcl_interfaces.srv import GetParameters
 from rclpy.node import Node
+from rclpy.qos import QoSCompatibility, qos_check_compatible
 from rclpy.topic_endpoint_info import TopicEndpointInfo
 
 from ..scene.loader import Scene
@@ -21,12 +22,20 @@ SHARED = ("/tf", "marker")  # outputs to which others may add without mixing the
 
 
 class Neighbours:
-    """``inputs`` and ``outputs`` are those of the node; ``warn`` gets a sentence."""
+    """``inputs`` and ``outputs`` are those of the node; ``refused()`` counts the messages that it has refused."""
 
-    def __init__(self, node: Node, scene: Scene, loop: Loop, inputs: Sequence[Any], outputs: Sequence[Any]):
+    def __init__(
+        self,
+        node: Node,
+        scene: Scene,
+        loop: Loop,
+        inputs: Sequence[Any],
+        outputs: Sequence[Any],
+        refused: Callable[[], int] = lambda: 0,
+    ):
         self._node, self._scene, self._loop = node, scene, loop
         self._warn: Callable[[str], None] = node.get_logger().warning
-        self._inputs = {each.end.topic_name: type_name(each.end.msg_type) for each in inputs}
+        self._inputs = {each.end.topic_name: each.end for each in inputs}
         self._mixed = [each.end.topic_name for each in outputs if each.output.topic not in SHARED]
         self._tf = next((each.end.topic_name for each in outputs if each.output.topic == "/tf"), None)
         self._lead = node.resolve_topic_name(scene["wrench.topics"][0])
@@ -35,12 +44,13 @@ class Neighbours:
         self._asked: dict[str, Any] = {}  # clients, by the names of nodes that publish on /tf
         self._namesakes = 0
         self._waited, self._still = 0, (-1, False)
+        self._refused, self._refused_before = refused, 0
 
     def look(self) -> None:
         """Ask the network, and tell what is new."""
         self._tell_namesakes()
-        for topic, kind in self._inputs.items():
-            self._tell_other_types(topic, kind)
+        for topic, end in self._inputs.items():
+            self._tell_lost(topic, end, type_name(end.msg_type))
         for topic, end in self._outputs.items():
             self._tell_deaf(topic, type_name(end.msg_type))
         for topic in self._mixed:
@@ -76,9 +86,20 @@ class Neighbours:
             )
         self._namesakes = others
 
-    def _tell_other_types(self, topic: str, kind: str) -> None:
-        """A message of another type reaches nobody. Fast DDS has no two types on one topic, so it cannot be taken."""
+    def _tell_lost(self, topic: str, own: Any, kind: str) -> None:
+        """A message of another type, or with a QoS that does not fit, reaches nobody.
+
+        Fast DDS has no two types on one topic, so that it cannot be taken.
+        """
         for name, end in self._publishers(topic):
+            fits, why = qos_check_compatible(end.qos_profile, own.qos_profile)
+            if end.topic_type == kind and fits == QoSCompatibility.ERROR:
+                reason = why.removeprefix("ERROR: ").strip("; ").lower()
+                self._once(
+                    (topic, name, reason),
+                    f"{name} publishes on {topic} with a QoS that does not fit ({reason}): nothing of it arrives; "
+                    f"change it there, or here by qos_overrides.{topic}.subscription.*",
+                )
             if end.topic_type != kind:
                 self._once(
                     (topic, name, end.topic_type),
@@ -131,10 +152,16 @@ class Neighbours:
         senders = self._node.count_publishers(self._lead) if is_asked else 0
         still = self._loop.simulation.steps, senders > 0
         self._waited, self._still = self._waited + 1 if is_asked and still == self._still else 0, still
+        if not self._waited:
+            self._refused_before = self._refused()
         if self._waited != PATIENCE:
             return
         begin = f"waiting for a command: in lockstep each message on {self._lead} advances the time, and"
-        if senders:
+        if senders and not self._inputs[self._lead].get_publisher_count():
+            self._warn(f"{begin} no message of its {senders} publishers can arrive: see the warnings about them")
+        elif senders and self._refused() > self._refused_before:
+            self._warn(f"{begin} what came in the last {PATIENCE} s was refused: see the warnings about that")
+        elif senders:
             self._warn(
                 f"{begin} none of its {senders} publishers has sent one for {PATIENCE} s; the state to answer is kept "
                 "for subscriptions with the durability TRANSIENT_LOCAL, all others begin with a command"
@@ -144,7 +171,7 @@ class Neighbours:
 
     def _elsewhere(self) -> str:
         """Where there are commands under the same name in other namespaces, and what would be right."""
-        last, kind = self._lead.rpartition("/")[2], self._inputs[self._lead]
+        last, kind = self._lead.rpartition("/")[2], type_name(self._inputs[self._lead].msg_type)
         for topic, kinds in self._node.get_topic_names_and_types():
             like = topic != self._lead and topic.rpartition("/")[2] == last and kind in kinds
             if like and self._node.count_publishers(topic):

@@ -49,7 +49,8 @@ class RigidBodyNode(Node):
         standard_services.create(self, self.scene, self.loop, self.reset, self._quit)
         parameters.refuse_undeclared(self)
         self._changes = parameters.Changes(self, self.scene, self._take)
-        self._neighbours = Neighbours(self, self.scene, self.loop, self._inputs.inputs, self._outputs.channels)
+        inputs, outputs = self._inputs.inputs, self._outputs.channels
+        self._neighbours = Neighbours(self, self.scene, self.loop, inputs, outputs, self._inputs.refused.total)
         # After all that may refuse to start, so that no bag is left behind.
         self._recorder = recording.start(self, self.scene, self.loop, [*self._outputs.channels, *self._inputs.inputs])
         self._told_of_recording: set[str] = set()

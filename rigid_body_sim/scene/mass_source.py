@@ -22,6 +22,7 @@ _NEEDS = {  # a parameter, and those of which it needs one
 # air, taken as evenly filled, has more than that too; lengths in mm taken as m make a billionth of what is meant.
 _HEAVIEST = 22_590.0
 _LIGHTEST = 0.1
+_MOST = 1e6  # kg: a thousand tonnes is no robot, where the mass follows from a density
 
 _Found = tuple[MassProperties, tuple[str, ...]]  # and notes about it
 Files = dict[tuple[Any, ...], _Found]  # what was read, by the values of the parameters that name it
@@ -109,7 +110,7 @@ def _on_density(mass: float, volume: float, lengths: str, values: Mapping[str, A
     """A note when no solid has that density, with what would explain it; ``lengths`` is the parameter of these."""
     density = mass / volume if volume else _LIGHTEST
     if _LIGHTEST <= density <= _HEAVIEST:
-        return ()
+        return _on_size(mass, volume, lengths, values)
     light = density < _LIGHTEST
     bound = f"less than any solid has, {_LIGHTEST:g}" if light else f"more than any solid has, {_HEAVIEST:g}"
     factor = 1e-3 if light else 1e3
@@ -121,6 +122,17 @@ def _on_density(mass: float, volume: float, lengths: str, values: Mapping[str, A
         advice = f"lengths in {'mm taken as m' if light else 'm taken as mm'} explain it: give {given}{also}"
     told = f"mass {mass:.6g} kg in a volume of {volume:.6g} m³ is a density of {density:.6g} kg/m³"
     return (f"{told}, {bound} kg/m³; {advice}",)
+
+
+def _on_size(mass: float, volume: float, lengths: str, values: Mapping[str, Any]) -> tuple[str, ...]:
+    """A note when a mass that follows from a density is that of a ship: lengths in mm make a billion times of it."""
+    if not values["body.density"] or mass < _MOST:
+        return ()
+    given = [float(f"{length * 1e-3:.15g}") for length in values[lengths]]
+    return (
+        f"a volume of {volume:.6g} m³ makes a mass of {mass:.6g} kg; lengths in mm taken as m may explain it: then "
+        f"give {lengths}: {given}",
+    )
 
 
 def _of_urdf(values: Mapping[str, Any], folder: str | os.PathLike[str], files: Files) -> _Found:

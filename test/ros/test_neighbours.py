@@ -30,7 +30,8 @@ def node_of_others(context):
 
 
 def test_who_keeps_commands_from_arriving_or_mixes_outputs_is_told_once(connect, node_of_others):
-    from geometry_msgs.msg import PoseStamped, Twist, Wrench
+    from geometry_msgs.msg import PoseStamped, Twist, Wrench, WrenchStamped
+    from rclpy.qos import qos_profile_sensor_data
     from rosgraph_msgs.msg import Clock
 
     remote = connect({"outputs": ["clock"], "start_paused": True}).ready()
@@ -44,6 +45,7 @@ def test_who_keeps_commands_from_arriving_or_mixes_outputs_is_told_once(connect,
         (PoseStamped, "set_pose"),
     ]
     publishers = [other.create_publisher(kind, topic, 1) for kind, topic in ends]
+    publishers.append(other.create_publisher(WrenchStamped, "impulse", qos_profile_sensor_data))
     deaf = other.create_subscription(Twist, "twist", print, 1)
     texts = [
         f"{namespace}/tool publishes geometry_msgs/msg/Wrench on {namespace}/wrench, where this node takes "
@@ -51,6 +53,8 @@ def test_who_keeps_commands_from_arriving_or_mixes_outputs_is_told_once(connect,
         f"{namespace}/tool publishes geometry_msgs/msg/Twist on {namespace}/set_twist, where this node takes geometry",
         f"{namespace}/tool publishes on {namespace}/pose, too: whoever listens there gets both mixed",
         f"{namespace}/tool publishes on /clock, too: time goes back and forth",
+        f"{namespace}/tool publishes on {namespace}/impulse with a QoS that does not fit (best effort publisher and "
+        f"reliable subscription): nothing of it arrives; change it there, or here by qos_overrides.{namespace}/impulse",
         f"{namespace}/tool subscribes to {namespace}/twist as geometry_msgs/msg/Twist, where this node publishes geo",
     ]
 
@@ -61,8 +65,8 @@ def test_who_keeps_commands_from_arriving_or_mixes_outputs_is_told_once(connect,
     remote.wait(lambda: all(said()[0]), "all warnings")
     for _ in range(2):
         remote.report()
-    assert said() == ([1] * 5, 5)
-    assert len(publishers) == 5 and deaf.topic_name == f"{namespace}/twist"
+    assert said() == ([1] * 6, 6)
+    assert len(publishers) == 6 and deaf.topic_name == f"{namespace}/twist"
 
 
 @pytest.mark.parametrize(("frame", "expected"), [("base_link", 1), ("other_link", 0), (None, 0)])
@@ -109,9 +113,12 @@ def test_what_lockstep_waits_for_is_told_however_late_the_others_come(node_of_ot
     loop = SimpleNamespace(mode="lockstep", simulation=SimpleNamespace(steps=0))
     listeners, topic = 0, "/waits/wrench"
     pose = SimpleNamespace(topic_name="/waits/pose", msg_type=PoseStamped, get_subscription_count=lambda: listeners)
-    wrench = SimpleNamespace(end=SimpleNamespace(topic_name=topic, msg_type=WrenchStamped))
+    connected, refused = 1, 0
+    lead = SimpleNamespace(topic_name=topic, msg_type=WrenchStamped, get_publisher_count=lambda: connected)
+    wrench = SimpleNamespace(end=lead)
     outputs = [SimpleNamespace(end=pose, output=SimpleNamespace(topic="pose"))]
-    neighbours, warned = Neighbours(own, Scene({"lockstep": True}), loop, [wrench], outputs), []
+    neighbours = Neighbours(own, Scene({"lockstep": True}), loop, [wrench], outputs, lambda: refused)
+    warned = []
     neighbours._warn = warned.append
 
     def said(looks=3 * PATIENCE):
@@ -137,6 +144,12 @@ def test_what_lockstep_waits_for_is_told_however_late_the_others_come(node_of_ot
     assert (said(PATIENCE), said(1), said()) == ([], [waits], [])
     loop.simulation.steps += 1
     assert said() == [waits]
+    loop.simulation.steps += 1
+    assert said(2) == []
+    refused = 3
+    assert said() == [f"what came in the last {PATIENCE} s was refused: see the warnings about that"]
+    loop.simulation.steps, connected = 9, 0
+    assert said() == ["no message of its 1 publishers can arrive: see the warnings about them"]
     loop.mode = "paused"
     assert said() == []
     assert (astray.topic_name, end.topic_name) == ("/astray/wrench", topic)

@@ -381,3 +381,11 @@ def test_negative_corners_of_an_obj_are_counted_from_where_they_stand(tmp_path):
     (tmp_path / "box.obj").write_text("\n".join(lines))
     scene = Scene({"body.mesh_file": str(tmp_path / "box.obj"), "body.density": 5.0})
     assert scene["body.mass"] == pytest.approx(30.0, rel=1e-15)
+
+
+@pytest.mark.parametrize(("factor", "told"), [(1000.0, True), (30.0, False)])
+def test_mass_of_a_ship_that_follows_from_a_density_is_told(tmp_path, factor, told):
+    """With a density given, lengths in mm show in the mass alone: 6e9 kg instead of 6."""
+    notes = scene_of(tmp_path, binary_stl(BOX * factor)).notes
+    text = "m³ makes a mass of 6e+09 kg; lengths in mm taken as m may explain it: then give body.mesh_scale: [0.001, "
+    assert [text in note for note in notes] == [True] * told
