@@ -100,6 +100,8 @@ def prepare(recording: Recording, scene: Scene, choices: Choices = BY_WHAT_IS_TH
             f"{topics.A_POSE}; it has {topics.there(recording)}"
         )
     notes += _not_taken(recording, names)
+    if further := topics.not_compared(recording, pose):
+        notes.append(f"Not compared: {topics.counted(recording, further)}; --pose chooses.")
     if pose is None:
         return _without_poses(recording, scene, names, choices, notes)
     return _by_commands(recording, scene, names, pose, twist, choices, notes)

@@ -83,6 +83,11 @@ def not_used(recording: Recording, known: Collection[str]) -> list[str]:
     return [name for name in recording.wrenches if _last(name) not in NOT_COMMANDS and name not in known]
 
 
+def not_compared(recording: Recording, pose: str | None) -> list[str]:
+    """Further topics with poses, but for those that set the state."""
+    return [name for name in recording.poses if _last(name) not in OTHERS and name != pose]
+
+
 def counted(recording: Recording, names: Collection[str]) -> str:
     """Topics in words, with the number and the type of their messages."""
     return _listed([f"{name} ({recording.counts[name]} {recording.types[name]})" for name in names])

@@ -8,7 +8,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from ..integrators import RULE
-from ..scene import parameter_file, schema
+from ..scene import attitude, parameter_file, schema
 from ..scene.loader import Scene
 
 _QOS = "qos_overrides."
@@ -87,6 +87,7 @@ class Refusals:
             given = f"parameter {schema.shown_name(name)} = {schema.shown(parameter.value)}:"
             if parameter.type_ == Parameter.Type.NOT_SET:
                 raise ValueError(f"{given} is no value, and parameters cannot be taken away; give one")
+            attitude.refuse_row(name, parameter.value, self._table)
             if not schema.belongs_to_ros(name):
                 self._check_own(given, schema.find(name, self._table), parameter)
             elif name != SIM_TIME:

@@ -19,13 +19,18 @@ def read(given: Mapping[str, Any], table: Mapping[str, Parameter] = schema.BY_NA
     Raises ValueError for a quaternion in a row or one that lacks parts, and for an attitude that is given in two ways.
     """
     for name, value in given.items():
-        prefix = name.removesuffix(".orientation")
-        if (prefix != name or schema.is_array(value)) and schema.has_attitude(prefix, table):
-            raise ValueError(_in_a_row(name, prefix, value))
+        refuse_row(name, value, table)
     values = schema.read(given, table)
     for prefix in [name.removesuffix(".rpy") for name in values if name.endswith(".rpy")]:
         values.update(_followed(prefix, values, given))
     return values
+
+
+def refuse_row(name: str, value: Any, table: Mapping[str, Parameter] = schema.BY_NAME) -> None:
+    """Raise ValueError, with both readings, where ``value`` is an attitude in a row, or another in place of parts."""
+    prefix = name.removesuffix(".orientation")
+    if (prefix != name or schema.is_array(value)) and schema.has_attitude(prefix, table):
+        raise ValueError(_in_a_row(name, prefix, value))
 
 
 def quaternion(values: Mapping[str, Any], prefix: str) -> Quaternion:

@@ -439,6 +439,10 @@ def members(group: str, names: Iterable[str]) -> list[str]:
 def unknown(name: str, pattern: str, known: Iterable[str]) -> str:
     """The sentence for a parameter that is not known: with the known one that ``pattern`` misspells, or those there."""
     known = list(known)
+    if f"{pattern}.w" in known:
+        name = shown_name(name)
+        angles = f"{name.removesuffix('.orientation')}.rpy"
+        return f"parameter {name} is an attitude, whose parts are given: {name}.w, .x, .y and .z, or {angles}"
     meant = _meant(pattern, known)
     return f"parameter {shown_name(name)} is not known; " + (f"did you mean {meant}?" if meant else _there(name, known))
 

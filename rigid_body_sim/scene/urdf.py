@@ -164,11 +164,20 @@ def _mesh_instead(link: ElementTree.Element) -> str:
     for kind in ("collision", "visual"):
         mesh = link.find(f"{kind}/geometry/mesh[@filename]")
         if mesh is not None:
-            scale = schema.shown_name(", ".join(mesh.get("scale", "").split()))
             file = schema.shown_name(mesh.attrib["filename"])
-            scaled = f" and body.mesh_scale: [{scale}]" if "scale" in mesh.attrib else ""
-            return f"; the mesh of its <{kind}> can stand in: body.mesh_file: {file}{scaled}"
+            moved = ", placed as its <origin> says," if link.find(f"{kind}/origin") is not None else ""
+            return f"; the mesh of its <{kind}>{moved} can stand in: body.mesh_file: {file}{_scale_of(mesh)}"
     return ""
+
+
+def _scale_of(mesh: ElementTree.Element) -> str:
+    """Its scale as a parameter: some write one number for three, and a negative one is no scale but a mirror."""
+    scale = mesh.get("scale", "").split()
+    if not all(_NUMBER.fullmatch(number) for number in scale) or len(scale) not in (1, 3):
+        return ""
+    if any(number.startswith("-") for number in scale):
+        return f", mirrored as its scale {' '.join(scale)} says"
+    return f" and body.mesh_scale: [{', '.join(scale * (3 // len(scale)))}]"
 
 
 def _links(root: ElementTree.Element) -> dict[str, ElementTree.Element]:
@@ -317,8 +326,9 @@ def _numbers(origin: ElementTree.Element, name: str, count: int) -> tuple[float,
     if _is_xacro(text):  # with spaces or without
         raise _no_number(text, f"origin {name}")
     if len(text.split()) != count:
+        hint = ", not commas" if "," in text else ""
         raise ValueError(
-            f"origin {name} = {schema.shown(text)} is not {_COUNTS[count]} numbers with spaces between them"
+            f"origin {name} = {schema.shown(text)} is not {_COUNTS[count]} numbers with spaces between them{hint}"
         )
     return tuple(_float(part, f"origin {name}") for part in text.split())
 

@@ -680,3 +680,11 @@ def test_angles_are_exact_when_small_and_do_not_see_the_sign():
 
     for sign in (1.0, -1.0):
         np.testing.assert_allclose(angles(still, sign * turned), angle, rtol=1e-15)  # measured 0
+
+
+def test_further_poses_are_said_to_be_left_out(tmp_path):
+    """Of the same body or another, nobody knows: none is compared without a word."""
+    messages = runs.in_real_time(BASE, runs.sends(BASE, SECONDS), SECONDS)
+    messages += [("/other/pose", *rest) for topic, *rest in messages if topic == "/pose"]
+    _, problem, _ = again(tmp_path, messages, pose="/pose")
+    assert "Not compared: /other/pose (101 geometry_msgs/msg/PoseStamped); --pose chooses." in said(problem)

@@ -274,6 +274,11 @@ REFUSED = {  # node, values set together, what the reason must say
         {"body.mass": 3.0, "gravity": [1.0, 0.0, 0.0], "rate": 5.0},
         "rate = 5.0: is read at",
     ),
+    "an attitude in a row": (
+        "free",
+        {"initial.orientation": [0.0, 0.0, 0.0, 1.0]},
+        "as x, y, z, w that is {w: 1.0, x: 0.0, y: 0.0, z: 0.0}; as w, x, y, z it is {w: 0.0, x: 0.0, y: 0.0, z: 1.0}",
+    ),
     "one good, one unknown": (
         "free",
         {"body.mass": 3.0, "nonsense": 1},

@@ -365,7 +365,14 @@ def test_missing_file_is_an_os_error(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("scale", "told"), [("", ""), (' scale="0.001 0.001 0.001"', " and body.mesh_scale: [0.001, 0.001, 0.001]")]
+    ("scale", "told"),
+    [
+        ("", ""),
+        (' scale="0.001 0.001 0.001"', " and body.mesh_scale: [0.001, 0.001, 0.001]"),
+        (' scale="0.001"', " and body.mesh_scale: [0.001, 0.001, 0.001]"),
+        (' scale="1 -1 1"', ", mirrored as its scale 1 -1 1 says"),
+        (' scale="large"', ""),
+    ],
 )
 def test_mesh_of_a_link_without_inertial_is_named(tmp_path, scale, told):
     """By the parameters that take it, with its scale."""
@@ -376,3 +383,13 @@ def test_mesh_of_a_link_without_inertial_is_named(tmp_path, scale, told):
         urdf.read(file, "a")
     what = "those that have one: none; the mesh of its <collision> can stand in: body.mesh_file: package://hull/a.stl"
     assert str(refused.value).endswith(f"link 'a' has no <inertial>; {what}{told}")
+
+
+def test_mesh_that_its_origin_moves_is_said_to_be(tmp_path):
+    file = tmp_path / "hull.urdf"
+    mesh = '<visual><origin xyz="1 0 0"/><geometry><mesh filename="a.stl"/></geometry></visual>'
+    file.write_text(f'<robot name="r"><link name="a">{mesh}</link></robot>')
+    with pytest.raises(
+        ValueError, match=r"the mesh of its <visual>, placed as its <origin> says, can stand in: body\.mes"
+    ):
+        urdf.read(file, "a")

@@ -141,7 +141,7 @@ def test_rows_of_another_command_are_not_gone_on_with(folder, capsys):
         (("steps_per_command=1,2",), "a command advances nothing in real time"),
         (("body.mass=1:2:inf",), "1:2:inf is not first:last:count"),
         (("body.mass=1", "--csv", "run"), "--csv run: is a folder; give a file, such as run/runs.csv"),
-        (("initial.orientation[0]=0,1",), "the parameters of initial.orientation are w, x, y, z"),
+        (("initial.orientation[0]=0,1",), "initial.orientation.w, .x, .y and .z, or initial.rpy"),
         (("gravity=1,2",), "give one entry, such as gravity[0]=..."),
         (("gravity[3]=1,2",), "gravity has the entries 0 to 2"),
         (("body.mass[0]=1",), "give no [0]: it is no array"),
