@@ -4,12 +4,13 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from .physics.body import Body
-    from .physics.resistance import Drag, Tether
-    from .physics.state import BodyState, State
-    from .physics.wrench import Wrench
+    from .effects.drag import Drag
+    from .effects.tether import Tether
     from .scene.loader import Scene, load_scene
     from .simulation import Simulation, SimulationError, Snapshot
+    from .values.body import Body
+    from .values.state import BodyState, State
+    from .values.wrench import Wrench
 
 __version__ = "0.1.0"
 
@@ -28,16 +29,16 @@ __all__ = [
 ]
 
 _HOMES = {
-    "Body": "physics.body",
-    "BodyState": "physics.state",
-    "Drag": "physics.resistance",
+    "Body": "values.body",
+    "BodyState": "values.state",
+    "Drag": "effects.drag",
     "Scene": "scene.loader",
     "Simulation": "simulation",
     "SimulationError": "simulation",
     "Snapshot": "simulation",
-    "State": "physics.state",
-    "Tether": "physics.resistance",
-    "Wrench": "physics.wrench",
+    "State": "values.state",
+    "Tether": "effects.tether",
+    "Wrench": "values.wrench",
     "load_scene": "scene.loader",
 }
 

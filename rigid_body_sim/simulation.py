@@ -11,19 +11,20 @@ from typing import Any
 import numpy as np
 
 from . import integrators
-from .physics import compiled
-from .physics import state as flat
-from .physics.acceleration import read_acceleration
-from .physics.arrays import Floats, Vector
-from .physics.body import Body
-from .physics.forces import FASTEST, WRENCH
-from .physics.resistance import NO_DRAG, Drag, Tether
-from .physics.state import BodyState, State
-from .physics.stiffness import spectral_radius
-from .physics.terms import Terms
-from .physics.wrench import ZERO, PointForce, Wrench, total
+from .effects.drag import NO_DRAG, Drag
+from .effects.tether import Tether
+from .kernels import compiled
+from .kernels import state as flat
+from .kernels.acceleration import read_acceleration
+from .kernels.arrays import Floats, Vector
+from .kernels.model import FASTEST, WRENCH
+from .kernels.stiffness import spectral_radius
 from .scene import plan
 from .scene.loader import Scene
+from .terms import Terms
+from .values.body import Body
+from .values.state import BodyState, State, flatten
+from .values.wrench import ZERO, PointForce, Wrench, total
 
 _PACK_WRENCH = struct.Struct("12d").pack_into
 _WRENCH_OFFSET = 8 * WRENCH
@@ -117,7 +118,7 @@ class Simulation:
         self._kernels: dict[str, tuple[compiled.Steps, Floats]] = {}
         self._out = np.zeros(flat.OUT_SIZE)
         self._model = self._terms.model(NO_WRENCH)
-        self._state = flat.flatten(self.initial_state, self._model)
+        self._state = flatten(self.initial_state, self._model)
         self._origin = self._state.copy()
         self._state_view, self._origin_view = self._state.data, self._origin.data  # quicker to copy
         self._read_kernel = compiled.ready(flat.read_out, self._state, self._model, self._out)
@@ -245,7 +246,7 @@ class Simulation:
         self._check_integrator(new)
         state = self._state
         if new.body != self.body:
-            state = flat.flatten(self.state, new.model(NO_WRENCH))
+            state = flatten(self.state, new.model(NO_WRENCH))
         self._terms = new
         self._state[:] = state
         self._begin_anew()
@@ -329,7 +330,7 @@ class Simulation:
 
     def reset(self, state: State | None = None, *, keep_time: bool = False) -> None:
         """Go to ``state``, or else the initial one, hold no wrench, and count steps from zero unless ``keep_time``."""
-        self._state[:] = flat.flatten(self.initial_state if state is None else state, self._model)
+        self._state[:] = flatten(self.initial_state if state is None else state, self._model)
         if not keep_time:
             self.steps = 0
         self._begin_anew({})
@@ -345,7 +346,7 @@ class Simulation:
 
     def set_state(self, state: State) -> None:
         """Go on from ``state``; time and held wrenches stay. Raises ValueError, and changes nothing, on overflow."""
-        flattened = flat.flatten(state, self._model)
+        flattened = flatten(state, self._model)
         self._read_kernel(flattened, self._model, self._out)
         if not self._is_slow_enough():
             raise ValueError(f"{state!r} moves too fast; give velocities below {FASTEST:g} m/s and rad/s")

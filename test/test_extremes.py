@@ -16,11 +16,13 @@ from mpmath import mpf
 from numpy.testing import assert_allclose
 
 from rigid_body_sim import Body, Simulation, SimulationError, State, Wrench
+from rigid_body_sim.effects.drag import NO_DRAG, Drag
+from rigid_body_sim.effects.tether import Tether
 from rigid_body_sim.integrators import REGISTRY
-from rigid_body_sim.physics import compiled, invariants
-from rigid_body_sim.physics.resistance import NO_DRAG, Drag, Tether
-from rigid_body_sim.physics.shapes import SHAPES
-from rigid_body_sim.physics.state import LOW, THIN
+from rigid_body_sim.kernels import compiled
+from rigid_body_sim.kernels.state import LOW, THIN
+from rigid_body_sim.mass.shapes import SHAPES
+from rigid_body_sim.theory import invariants
 
 EPS = np.finfo(float).eps
 EXACT = [name for name, integrator in REGISTRY.items() if integrator.order is None]
@@ -96,7 +98,7 @@ def errors(body, state, integrator, rate=1024.0, steps=1):
 def tolerance(angle, body):
     """Round-off of each radian, and of each sub-step, whose number grows as the angle: it tilts all that follow.
 
-    Between moments that differ by less than 10 times, their ratio magnifies it; see THIN in physics/state.py.
+    Between moments that differ by less than 10 times, their ratio magnifies it; see THIN in kernels/state.py.
     """
     ratio = body.principal_moments.max() / body.principal_moments.min()
     return EPS * (2 + angle) * (2 + math.sqrt(angle)) * (ratio if ratio <= THIN else 1.0)

@@ -8,13 +8,19 @@ import pytest
 pytestmark = pytest.mark.no_numba
 
 PACKAGE = Path(__file__).parents[1] / "rigid_body_sim"
-CORE = {"physics", "integrators", "scene", "simulation"}
+PHYSICS = {"kernels", "values", "mass", "effects", "terms", "theory"}
+CORE = {*PHYSICS, "integrators", "scene", "simulation"}
 ALLOWED = {  # a part, and the other parts of the package that it may import
     "command_line": set(),
-    "physics": set(),
-    "integrators": {"physics"},
-    "scene": {"physics"},
-    "simulation": {"physics", "integrators", "scene"},
+    "kernels": set(),
+    "values": {"kernels"},
+    "mass": {"kernels", "values"},
+    "effects": {"kernels", "values"},
+    "terms": {"kernels", "values", "effects"},
+    "theory": {"kernels", "values", "effects", "terms"},
+    "integrators": {"kernels", "effects", "terms", "values"},
+    "scene": PHYSICS - {"theory"},
+    "simulation": {*PHYSICS - {"theory"}, "integrators", "scene"},
     "bags": CORE,
     "ros": {*CORE, "bags", "command_line"},
     "report": {*CORE, "command_line"},
@@ -30,14 +36,14 @@ ROS_PACKAGES = {
     "simulation_interfaces",
     "ament_index_python",
 }
-NUMBA_HOMES = ("physics.compiled", "physics.kernel_cache")
+NUMBA_HOMES = ("kernels.compiled", "kernels.kernel_cache")
 FOR_ALL = "rigid_body_sim.__version__"  # stands at the very top, and imports nothing
 
 
 def imports_of(text, module):
     """Absolute names of all modules that a module's text imports, wherever in the text it does so.
 
-    ``module`` is its dotted name; a package's is that of its ``__init__``: "rigid_body_sim.physics.__init__".
+    ``module`` is its dotted name; a package's is that of its ``__init__``: "rigid_body_sim.values.__init__".
     """
     for node in ast.walk(ast.parse(text)):
         if isinstance(node, ast.Import):
@@ -83,7 +89,7 @@ def test_imports_follow_the_arrows(module):
 
 
 def test_modules_are_found():
-    assert {"rigid_body_sim.__init__", "rigid_body_sim.physics.state", "rigid_body_sim.ros.node"} <= set(MODULES)
+    assert {"rigid_body_sim.__init__", "rigid_body_sim.kernels.state", "rigid_body_sim.ros.node"} <= set(MODULES)
 
 
 def test_every_folder_of_the_package_has_its_place():
@@ -93,18 +99,21 @@ def test_every_folder_of_the_package_has_its_place():
 
 
 def test_arrows_have_no_circle():
-    order = ["command_line", "physics", "integrators", "scene", "simulation", "bags", "report", "ros", "tools"]
+    order = [
+        *("command_line", "kernels", "values", "mass", "effects", "terms", "theory"),
+        *("integrators", "scene", "simulation", "bags", "report", "ros", "tools"),
+    ]
     for place, part in enumerate(order):
         assert ALLOWED[part] <= set(order[:place])
 
 
 BAD = {  # a module, its text, and what is said about it
-    "upwards": ("physics.body", "from ..simulation import Simulation", "physics must not know simulation"),
-    "upwards by name": ("physics.body", "from .. import scene", "physics must not know scene"),
+    "upwards": ("values.body", "from ..simulation import Simulation", "values must not know simulation"),
+    "upwards by name": ("values.body", "from .. import scene", "values must not know scene"),
     "absolute": ("integrators.rk4", "import rigid_body_sim.scene.loader", "integrators must not know scene"),
     "sideways": ("scene.loader", "from ..integrators import get", "scene must not know integrators"),
-    "whole package": ("physics.body", "from .. import Body", "physics must not know the whole package"),
-    "from an __init__": ("physics.__init__", "from ..ros import node", "physics must not know ros"),
+    "whole package": ("values.body", "from .. import Body", "values must not know the whole package"),
+    "from an __init__": ("values.__init__", "from ..ros import node", "values must not know ros"),
     "package itself": ("__init__", "from .tools import demo", "the package must not know tools"),
     "report and ROS side": ("report.page", "from ..ros import pacing", "report must not know ros"),
     "late": (
@@ -122,7 +131,7 @@ BAD = {  # a module, its text, and what is said about it
     "numba elsewhere": (
         "integrators.taylor",
         "from numba import njit",
-        "only physics.compiled and physics.kernel_cache may use numba",
+        "only kernels.compiled and kernels.kernel_cache may use numba",
     ),
 }
 
@@ -137,12 +146,12 @@ def test_import_in_the_wrong_direction_is_noticed(module, text, said):
 @pytest.mark.parametrize(
     ("module", "text"),
     [
-        ("integrators.rk4", "from ..physics.state import X\nfrom .base import Integrator\nimport math"),
-        ("simulation", "from . import integrators\nfrom .physics import compiled\nfrom .scene.loader import Scene"),
+        ("integrators.rk4", "from ..kernels.state import X\nfrom .base import Integrator\nimport math"),
+        ("simulation", "from . import integrators\nfrom .kernels import compiled\nfrom .scene.loader import Scene"),
         ("ros.node", "import rclpy\nfrom geometry_msgs.msg import Pose\nfrom ..simulation import Simulation"),
         ("tools.demo", "from ..ros import pacing\nfrom rclpy.node import Node\nfrom . import picture"),
-        ("physics.compiled", "import numba"),
-        ("physics.__init__", "from . import body"),
+        ("kernels.compiled", "import numba"),
+        ("values.__init__", "from . import body"),
     ],
 )
 def test_import_in_the_right_direction_is_let_through(module, text):

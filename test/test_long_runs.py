@@ -7,7 +7,7 @@ import pytest
 
 from rigid_body_sim import Body, Drag, Simulation, State, Wrench
 from rigid_body_sim.bags import journal
-from rigid_body_sim.physics import invariants
+from rigid_body_sim.theory import invariants
 
 BODY = Body(2.0, (0.1, 0.2, 0.25))
 MOVING = State((1.0, 2.0, 3.0), (0.4, 0.2, -0.8, 0.4), (-0.5, 0.2, 1.0), (0.3, 2.0, 0.2))

@@ -10,9 +10,9 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 from rigid_body_sim import Body, Drag, Simulation, SimulationError, State, Tether, Wrench
 from rigid_body_sim.integrators import REGISTRY
-from rigid_body_sim.physics import rotation
-from rigid_body_sim.physics.terms import Terms
 from rigid_body_sim.scene import plan
+from rigid_body_sim.terms import Terms
+from rigid_body_sim.values import rotation
 
 pytestmark = pytest.mark.no_numba
 

@@ -10,9 +10,9 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from rigid_body_sim import Body, BodyState, Drag, Scene, Simulation, SimulationError, State, Tether, Wrench
-from rigid_body_sim.physics import rotation
-from rigid_body_sim.physics.wrench import total
 from rigid_body_sim.simulation import IntegratorError, steps_held
+from rigid_body_sim.values import rotation
+from rigid_body_sim.values.wrench import total
 
 pytestmark = pytest.mark.no_numba
 

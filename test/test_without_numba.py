@@ -13,7 +13,7 @@ import pytest
 
 from rigid_body_sim import Body, Simulation, State, Wrench
 from rigid_body_sim.integrators import REGISTRY
-from rigid_body_sim.physics import compiled
+from rigid_body_sim.kernels import compiled
 
 ROOT = Path(__file__).parents[1]
 BODY = Body(2.5, (0.31, 0.42, 0.53, -0.04, 0.06, 0.03), (0.07, -0.04, 0.05))

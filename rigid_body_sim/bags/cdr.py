@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..physics.arrays import Floats, Integers
+from ..kernels.arrays import Floats, Integers
 
 Bytes = NDArray[np.uint8]
 

@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from ..physics.arrays import Floats, Integers
+from ..kernels.arrays import Floats, Integers
 
 NANOSECONDS = 1_000_000_000
 

@@ -14,14 +14,15 @@ from typing import Any
 import numpy as np
 
 from .. import __version__
-from ..physics import compiled
-from ..physics.body import Body
-from ..physics.resistance import Drag, Tether
-from ..physics.state import BodyState, State
-from ..physics.wrench import Wrench
+from ..effects.drag import Drag
+from ..effects.tether import Tether
+from ..kernels import compiled
 from ..scene import attitude
 from ..scene.loader import Scene
 from ..simulation import NANOSECONDS, Simulation, SimulationError
+from ..values.body import Body
+from ..values.state import BodyState, State
+from ..values.wrench import Wrench
 from .rosbags_support import BagError
 
 TOPIC = "~/journal"  # of the node, so /ns/rigid_body_node/journal in the bag

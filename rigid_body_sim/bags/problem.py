@@ -7,12 +7,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ..physics import rotation
-from ..physics.arrays import Floats, Integers
-from ..physics.compiled import sources_digest
-from ..physics.state import State
+from ..kernels.arrays import Floats, Integers
+from ..kernels.compiled import sources_digest
 from ..scene.loader import Scene
 from ..simulation import Simulation
+from ..values import rotation
+from ..values.state import State
 from . import journal as journals
 from . import timing, topics
 from .comparison import angles

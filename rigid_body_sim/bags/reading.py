@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..physics.arrays import Floats, Integers
+from ..kernels.arrays import Floats, Integers
 from ..scene.schema import shown_name
 from . import cdr, files, unpacking
 from .content import TEXT, Channel, DamagedError, Losses, Topic

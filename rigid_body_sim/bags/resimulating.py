@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from ..physics.arrays import Floats, Integers
+from ..kernels.arrays import Floats, Integers
 from ..scene import commands
 from ..scene.loader import Scene
 from ..simulation import Simulation, steps_held

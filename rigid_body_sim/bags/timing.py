@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ..physics.arrays import Integers
+from ..kernels.arrays import Integers
 from .reading import Messages
 from .rosbags_support import BagError
 

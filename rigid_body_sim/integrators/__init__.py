@@ -1,6 +1,6 @@
 """How time advances: one file per integrator, and the registry that names them."""
 
-from ..physics.terms import Terms
+from ..terms import Terms
 from . import dop853, exact, matrix_euler, rk4, rkmk4, rosenbrock, semi_implicit_euler, splitting, taylor
 from .base import Integrator
 

@@ -2,16 +2,16 @@
 
 from dataclasses import dataclass
 
-from ..physics.compiled import Steps
-from ..physics.wrench import Wrench
+from ..kernels.compiled import Steps
+from ..values.wrench import Wrench
 
 
 @dataclass(frozen=True)
 class Integrator:
     """Descriptor of one integrator.
 
-    ``steps(state, model, work, h, n)`` is a kernel that advances the flat state (see physics.state) in place by up to n
-    steps of h [s] under the wrench held in ``model`` (see physics.forces) and returns how many steps it did. A step
+    ``steps(state, model, work, h, n)`` is a kernel that advances the flat state (see kernels.state) in place by up to n
+    steps of h [s] under the wrench held in ``model`` (see kernels.model) and returns how many steps it did. A step
     that cannot be done, because the new state would not be finite or would need too much work, leaves the state as it
     was before that step. It is a pure function of its arguments: ``work`` is scratch space of ``work_size`` floats that
     carries nothing over.

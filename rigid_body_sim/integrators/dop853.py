@@ -3,15 +3,15 @@
 Source: Hairer, Nørsett & Wanner, Solving Ordinary Differential Equations I, 2nd ed., sections II.5 and II.10; the
 coefficients are those of their code DOP853. Twelve evaluations of the twelve unknowns (see substep) a sub-step.
 
-It is no method for stiff scenes: a sub-step is at most about 6 / ρ long, with ρ of physics.stiffness.spectral_radius.
+It is no method for stiff scenes: a sub-step is at most about 6 / ρ long, with ρ of kernels.stiffness.spectral_radius.
 """
 
 import math
 
-from ..physics.arrays import Floats
-from ..physics.compiled import kernel, table
-from ..physics.forces import reduce_wrench
-from ..physics.state import LOW, SIZE, copy, is_finite
+from ..kernels.arrays import Floats
+from ..kernels.compiled import kernel, table
+from ..kernels.state import LOW, SIZE, copy, is_finite
+from ..kernels.wrench import reduce_wrench
 from .base import Integrator
 from .substep import (
     SHORTEST,

@@ -1,15 +1,16 @@
-"""Rotation without torque in closed form, for any time in one evaluation; see physics.exact.
+"""Rotation without torque in closed form, for any time in one evaluation; see kernels.free_motion.
 
 n steps are one evaluation over n h, so they cost what one costs, and the error of the attitude depends on the angle
 turned since the wrench last changed, not on the number of steps.
 """
 
-from ..physics.arrays import Floats
-from ..physics.compiled import kernel
-from ..physics.exact import WORK_SIZE as _TURN_SIZE
-from ..physics.exact import turn_freely
-from ..physics.forces import MASS, force_world, reduce_wrench
-from ..physics.state import SIZE, P, Q, X, add_compensated, copy, is_finite
+from ..kernels.arrays import Floats
+from ..kernels.compiled import kernel
+from ..kernels.free_motion import WORK_SIZE as _TURN_SIZE
+from ..kernels.free_motion import turn_freely
+from ..kernels.model import MASS
+from ..kernels.state import SIZE, P, Q, X, add_compensated, copy, is_finite
+from ..kernels.wrench import force_world, reduce_wrench
 from .base import Integrator
 
 _BACKUP = _TURN_SIZE  # the state before the steps

@@ -3,16 +3,17 @@
 The rotation nearest to R (1 + h ω*), its polar factor, turns R about ω by arctan(h |ω|): 1 + h ω* leaves the axis alone
 and turns and stretches the plane across it. So the step needs no matrix here, and the state keeps its quaternion; that
 both are the same is tested. Without re-orthonormalisation R stops being a rotation, which no attitude can express: see
-physics.rotation_matrix for that.
+theory.rotation_matrix for that.
 """
 
 import math
 
-from ..physics.arrays import Floats
-from ..physics.compiled import kernel
-from ..physics.forces import MASS, force_world, rates_principal, reduce_wrench, torque_principal
-from ..physics.rotation import qmultiply, qrotate
-from ..physics.state import SIZE, L, P, Q, X, add_to_attitude, copy, is_finite
+from ..kernels.arrays import Floats
+from ..kernels.compiled import kernel
+from ..kernels.model import MASS, rates_principal
+from ..kernels.state import SIZE, L, P, Q, X, add_to_attitude, copy, is_finite
+from ..kernels.vectors import qmultiply, qrotate
+from ..kernels.wrench import force_world, reduce_wrench, torque_principal
 from .base import Integrator
 
 WORK_SIZE = SIZE  # the state before the step

@@ -3,11 +3,11 @@
 The wrench is evaluated where the body is at each stage, so a body-axes wrench turns with the body inside the step.
 """
 
-from ..physics.arrays import Floats
-from ..physics.compiled import kernel
-from ..physics.forces import reduce_wrench
-from ..physics.motion import derivative
-from ..physics.state import LOW, SIZE, Q, add_to_attitude, copy, is_finite
+from ..kernels.arrays import Floats
+from ..kernels.compiled import kernel
+from ..kernels.motion import derivative
+from ..kernels.state import LOW, SIZE, Q, add_to_attitude, copy, is_finite
+from ..kernels.wrench import reduce_wrench
 from .base import Integrator
 
 _STAGE = 0  # the state at the current stage, 13

@@ -7,11 +7,12 @@ here without loss of order. L is kept in the world, where L' = τ.
 
 import math
 
-from ..physics.arrays import Floats
-from ..physics.compiled import kernel
-from ..physics.forces import MASS, force_world, rates_principal, reduce_wrench, torque_principal
-from ..physics.rotation import cross, qmultiply, qrotate
-from ..physics.state import SIZE, L, P, Q, X, add_to_attitude, copy, is_finite
+from ..kernels.arrays import Floats
+from ..kernels.compiled import kernel
+from ..kernels.model import MASS, rates_principal
+from ..kernels.state import SIZE, L, P, Q, X, add_to_attitude, copy, is_finite
+from ..kernels.vectors import cross, qmultiply, qrotate
+from ..kernels.wrench import force_world, reduce_wrench, torque_principal
 from .base import Integrator
 
 _X, _TURN, _P, _L, _UNKNOWNS = 0, 3, 6, 9, 12  # unknowns of a step: x, θ, P, L

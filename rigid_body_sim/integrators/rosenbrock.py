@@ -3,19 +3,20 @@
 Source: Hairer & Wanner, Solving Ordinary Differential Equations II, 2nd ed., section IV.7; the coefficients are those
 of their code RODAS (method 1). Six linear systems with one matrix a sub-step, no iteration.
 
-The Jacobian of the twelve unknowns (see substep) is exact: physics.motion.jacobian. Its rows of x and θ are simple, so
+The Jacobian of the twelve unknowns (see substep) is exact: kernels.motion.jacobian. Its rows of x and θ are simple, so
 those unknowns are eliminated by hand, and what is factorised is the matrix 6 x 6 of the momenta.
 """
 
 import math
 
-from ..physics.arrays import Floats
-from ..physics.compiled import kernel, table
-from ..physics.forces import MASS, MOMENTS, N_TETHERS, TETHERS_AT, rates_principal, reduce_wrench
-from ..physics.motion import body_attitude, jacobian
-from ..physics.resistance import TETHER_SIZE, tether_direction
-from ..physics.rotation import cross, qrotate, qrotate_back
-from ..physics.state import LOW, SIZE, Q, X, copy, is_finite
+from ..kernels.arrays import Floats
+from ..kernels.compiled import kernel, table
+from ..kernels.model import MASS, MOMENTS, N_TETHERS, TETHERS_AT, rates_principal
+from ..kernels.motion import body_attitude, jacobian
+from ..kernels.resistance import TETHER_SIZE, tether_direction
+from ..kernels.state import LOW, SIZE, Q, X, copy, is_finite
+from ..kernels.vectors import cross, qrotate, qrotate_back
+from ..kernels.wrench import reduce_wrench
 from .base import Integrator
 from .substep import (
     SHORTEST,

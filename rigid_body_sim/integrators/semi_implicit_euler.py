@@ -1,11 +1,12 @@
 """What game engines do: momenta first, then position and attitude from the new momenta, all to first order."""
 
-from ..physics.arrays import Floats
-from ..physics.compiled import kernel
-from ..physics.forces import MASS, rates_principal, reduce_wrench
-from ..physics.motion import loads
-from ..physics.rotation import qmultiply
-from ..physics.state import SIZE, L, P, Q, X, add_to_attitude, copy, is_finite
+from ..kernels.arrays import Floats
+from ..kernels.compiled import kernel
+from ..kernels.model import MASS, rates_principal
+from ..kernels.motion import loads
+from ..kernels.state import SIZE, L, P, Q, X, add_to_attitude, copy, is_finite
+from ..kernels.vectors import qmultiply
+from ..kernels.wrench import reduce_wrench
 from .base import Integrator
 
 WORK_SIZE = SIZE  # the state before the step

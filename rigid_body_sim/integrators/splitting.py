@@ -9,11 +9,12 @@ by Suzuki, Phys. Lett. A 146 (1990) 319. Both are time-reversible, so the energy
 
 import math
 
-from ..physics.arrays import Floats
-from ..physics.compiled import kernel
-from ..physics.forces import MASS, MOMENTS, force_world, reduce_wrench, torque_principal
-from ..physics.rotation import qmultiply, qrotate, qrotate_back
-from ..physics.state import SIZE, L, P, Q, X, add_compensated, add_to_attitude, copy, is_finite
+from ..kernels.arrays import Floats
+from ..kernels.compiled import kernel
+from ..kernels.model import MASS, MOMENTS
+from ..kernels.state import SIZE, L, P, Q, X, add_compensated, add_to_attitude, copy, is_finite
+from ..kernels.vectors import qmultiply, qrotate, qrotate_back
+from ..kernels.wrench import force_world, reduce_wrench, torque_principal
 from .base import Integrator
 
 _OUTER = 1.0 / (4.0 - 4.0 ** (1.0 / 3.0))  # Suzuki's step, taken twice before and twice after the one in the middle

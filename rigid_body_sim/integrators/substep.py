@@ -6,12 +6,12 @@ The attitude is counted from the beginning of the sub-step by a rotation vector 
 
 import math
 
-from ..physics.arrays import Floats
-from ..physics.compiled import kernel
-from ..physics.forces import DRAG, MASS, MOMENTS, RTOL, rates_principal, to_body
-from ..physics.motion import body_attitude, loads, rates_world
-from ..physics.rotation import cross, qmultiply, qrotate_back
-from ..physics.state import L, P, Q, X, add_compensated, add_to_attitude
+from ..kernels.arrays import Floats
+from ..kernels.compiled import kernel
+from ..kernels.model import DRAG, MASS, MOMENTS, RTOL, rates_principal, to_body
+from ..kernels.motion import body_attitude, loads, rates_world
+from ..kernels.state import L, P, Q, X, add_compensated, add_to_attitude
+from ..kernels.vectors import cross, qmultiply, qrotate_back
 from .rkmk4 import exponential_minus_one
 
 UNKNOWNS = 12

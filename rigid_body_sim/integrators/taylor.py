@@ -1,7 +1,7 @@
 """Taylor series of the rigid-body equations, with order and sub-steps chosen in each step: the error is round-off.
 
 For a held wrench the equations are polynomial in the attitude relative to the start of the step ``Q`` (which begins at
-1), the rates ω in principal axes and the carried vectors b = Rᵀ B (see physics.forces):
+1), the rates ω in principal axes and the carried vectors b = Rᵀ B (see kernels.wrench):
 
     Q' = ½ Q ⊗ ω        I₀ ω' = (I₀ ω) × ω + τ_body + Σ A_i b_i        b_i' = b_i × ω
 
@@ -14,10 +14,10 @@ closed form is not integrated: L under a torque fixed in the world, P and x unde
 
 import math
 
-from ..physics.arrays import Floats
-from ..physics.compiled import kernel
-from ..physics.extended import xadd
-from ..physics.forces import (
+from ..kernels.arrays import Floats
+from ..kernels.compiled import kernel
+from ..kernels.extended import xadd
+from ..kernels.model import (
     CARRIED,
     EULER,
     FORCE,
@@ -27,13 +27,11 @@ from ..physics.forces import (
     N_CARRIED,
     ONLY_WORLD_TORQUE,
     TORQUE,
-    arm_torque,
     rates_principal,
-    reduce_wrench,
-    torque_principal,
 )
-from ..physics.rotation import cross, qmultiply, qrotate, qrotate_back
-from ..physics.state import SIZE, L, P, Q, X, add_compensated, align, body_momentum, copy, is_finite, is_thin
+from ..kernels.state import SIZE, L, P, Q, X, add_compensated, align, body_momentum, copy, is_finite, is_thin
+from ..kernels.vectors import cross, qmultiply, qrotate, qrotate_back
+from ..kernels.wrench import arm_torque, reduce_wrench, torque_principal
 from .base import Integrator
 
 HIGHEST_ORDER = 24

@@ -10,12 +10,12 @@ from pathlib import Path
 
 import numpy as np
 
-from ..physics import rotation
-from ..physics.resistance import Tether
-from ..physics.wrench import Wrench, total
+from ..effects.tether import Tether
 from ..scene.installed import installed_scenes
 from ..scene.loader import Scene, load_scene
 from ..simulation import Simulation
+from ..values import rotation
+from ..values.wrench import Wrench, total
 from . import pictures
 from .plan_cost import FULL_WRENCH, TINY, costs
 from .section import FAILED, Block, Measurement, Paragraph, Picture, Result, Results, Settings, Table, finished

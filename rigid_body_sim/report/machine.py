@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from datetime import datetime, timezone
 from pathlib import Path
 
-from ..physics import compiled
+from ..kernels import compiled
 
 PACKAGES = (
     "rigid_body_sim",

@@ -10,7 +10,7 @@ from typing import Any
 
 from .. import integrators
 from ..command_line import Parser
-from ..physics import compiled
+from ..kernels import compiled
 from . import machine, page
 from .error_section import ErrorSection
 from .left_out import LeftOut

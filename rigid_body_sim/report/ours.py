@@ -3,8 +3,8 @@
 from collections.abc import Iterable
 
 from .. import integrators
-from ..physics.terms import Terms
 from ..simulation import Simulation
+from ..terms import Terms
 from .method import OURS, RTOL, STEP, Method, step_sizes, steps_held
 from .problems import End, Problem
 

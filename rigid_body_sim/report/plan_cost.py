@@ -12,13 +12,14 @@ from typing import Any
 import numpy as np
 
 from ..command_line import takes_nothing
-from ..physics import compiled
-from ..physics.body import Body
-from ..physics.forces import new_model
-from ..physics.resistance import Drag, Tether
-from ..physics.state import State, flatten
-from ..physics.wrench import Wrench
+from ..effects.drag import Drag
+from ..effects.tether import Tether
+from ..kernels import compiled
 from ..simulation import Simulation
+from ..terms import new_model
+from ..values.body import Body
+from ..values.state import State, flatten
+from ..values.wrench import Wrench
 from .step_cost import GRAVITY, MOMENTS, SPIN, seconds
 
 ROUNDS = 40

@@ -11,11 +11,11 @@ from typing import Any
 
 import numpy as np
 
-from ..physics.arrays import Floats, Vector
-from ..physics.body import Body
-from ..physics.resistance import NO_DRAG, Drag
-from ..physics.state import State
-from ..physics.wrench import Wrench
+from ..effects.drag import NO_DRAG, Drag
+from ..kernels.arrays import Floats, Vector
+from ..values.body import Body
+from ..values.state import State
+from ..values.wrench import Wrench
 from .reference import load
 
 TITLES = {  # in the order of the page

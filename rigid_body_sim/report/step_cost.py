@@ -16,11 +16,11 @@ import numpy as np
 
 from .. import integrators
 from ..command_line import takes_nothing
-from ..physics import compiled
-from ..physics.body import Body
-from ..physics.state import State
-from ..physics.wrench import Wrench
+from ..kernels import compiled
 from ..simulation import Simulation
+from ..values.body import Body
+from ..values.state import State
+from ..values.wrench import Wrench
 
 ROUNDS = 60
 STEPS = 2000

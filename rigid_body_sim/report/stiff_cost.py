@@ -15,15 +15,18 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from ..command_line import takes_nothing
-from ..physics import motion
-from ..physics.arrays import Floats
-from ..physics.body import Body
-from ..physics.forces import new_model, reduce_wrench
-from ..physics.resistance import NO_DRAG, Drag, Tether
-from ..physics.rotation import multiply, skew, to_matrix
-from ..physics.state import LOW, State, flatten
-from ..physics.wrench import Wrench
+from ..effects.drag import NO_DRAG, Drag
+from ..effects.tether import Tether
+from ..kernels import motion
+from ..kernels.arrays import Floats
+from ..kernels.state import LOW
+from ..kernels.wrench import reduce_wrench
 from ..simulation import Simulation
+from ..terms import new_model
+from ..values.body import Body
+from ..values.rotation import multiply, skew, to_matrix
+from ..values.state import State, flatten
+from ..values.wrench import Wrench
 
 GRAVITY = np.array((0.0, 0.0, -9.80665))  # m/s²
 RATE = 10.0  # Hz

@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 
-from ..physics import invariants
 from ..simulation import Simulation
+from ..theory import invariants
 
 NANOSECONDS = 1_000_000_000
 

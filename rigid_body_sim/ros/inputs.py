@@ -9,12 +9,12 @@ from geometry_msgs.msg import PoseStamped, TwistStamped, WrenchStamped
 from rclpy.node import Node
 from rclpy.qos_overriding_options import QoSOverridingOptions
 
-from ..physics import rotation
-from ..physics.state import State
 from ..scene import commands
 from ..scene.loader import Scene
 from ..scene.schema import shown
 from ..simulation import IntegratorError
+from ..values import rotation
+from ..values.state import State
 from . import messages
 from .frame_turns import FrameTurns
 from .loop import Loop

@@ -36,7 +36,7 @@ def main(args: list[str] | None = None) -> int:
 
 def _load_kernels() -> None:
     """Before the node joins the network, and for all of its life: a parameter may bring drag into a scene without."""
-    from ..physics import compiled
+    from ..kernels import compiled
     from ..simulation import kernels_are_cached, load_kernels
 
     if not kernels_are_cached():

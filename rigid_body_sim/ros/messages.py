@@ -8,10 +8,10 @@ from geometry_msgs.msg import WrenchStamped
 from rclpy.serialization import deserialize_message
 from std_msgs.msg import Header
 
-from ..physics.wrench import Wrench
 from ..scene.commands import NOT_FINITE, UNKNOWN_FRAME, Limit, RefusedError, make_wrench, meaning, unlimited
 from ..scene.loader import Scene
 from ..scene.schema import shown
+from ..values.wrench import Wrench
 
 NANOSECONDS = 1_000_000_000
 LATEST_STAMP_NS = 2**31 * NANOSECONDS - 1  # builtin_interfaces/Time counts seconds in 32 bits: until 2038-01-19

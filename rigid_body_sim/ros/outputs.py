@@ -16,11 +16,11 @@ from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.qos_overriding_options import QoSOverridingOptions
 from rclpy.serialization import serialize_message
 
-from ..physics.body import Body
-from ..physics.rotation import qmultiply, qrotate, qrotate_back
+from ..kernels.vectors import qmultiply, qrotate, qrotate_back
 from ..scene import file_path
 from ..scene.loader import Scene
 from ..simulation import Simulation
+from ..values.body import Body
 from . import cdr
 
 QUEUE = 10

@@ -16,10 +16,10 @@ from rclpy.action import ActionServer, CancelResponse
 from rclpy.node import Node
 from rclpy.task import Future
 
-from ..physics import rotation
-from ..physics.state import State
 from ..scene.loader import Scene
 from ..scene.schema import shown
+from ..values import rotation
+from ..values.state import State
 from . import messages
 from .loop import Loop, Run, StoppedError
 from .messages import RefusedError

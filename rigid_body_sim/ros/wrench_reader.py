@@ -2,9 +2,9 @@
 
 from geometry_msgs.msg import WrenchStamped
 
-from ..physics.wrench import Wrench
 from ..scene import commands
 from ..scene.loader import Scene
+from ..values.wrench import Wrench
 from . import cdr, messages
 
 

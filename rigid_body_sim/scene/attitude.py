@@ -6,7 +6,7 @@ ROS users read such a row as x, y, z, w, others as w, x, y, z: it is refused wit
 from collections.abc import Mapping
 from typing import Any
 
-from ..physics import rotation
+from ..values import rotation
 from . import schema
 from .schema import PARTS, Parameter, shown
 

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable, Sequence
 
-from ..physics.wrench import Wrench
+from ..values.wrench import Wrench
 from .loader import Scene
 from .schema import shown
 

@@ -9,12 +9,13 @@ from typing import Any
 
 import numpy as np
 
-from ..physics import rotation
-from ..physics.body import Body, positive
-from ..physics.resistance import Drag, Tether
-from ..physics.state import State
-from ..physics.terms import Terms
-from ..physics.wrench import PointForce, Wrench
+from ..effects.drag import Drag
+from ..effects.tether import Tether
+from ..terms import Terms
+from ..values import rotation
+from ..values.body import Body, positive
+from ..values.state import State
+from ..values.wrench import PointForce, Wrench
 from . import attitude, mass_source, parameter_file, schema
 
 

@@ -6,9 +6,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..physics.mass_properties import MassProperties, mass_of
-from ..physics.mesh import of_mesh
-from ..physics.shapes import SHAPES
+from ..mass.mass_properties import MassProperties, mass_of
+from ..mass.mesh import of_mesh
+from ..mass.shapes import SHAPES
 from . import mesh_file, schema, urdf
 from .file_path import located
 

@@ -5,8 +5,8 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ..physics.arrays import Floats, Integers
-from ..physics.mesh import open_corners
+from ..kernels.arrays import Floats, Integers
+from ..mass.mesh import open_corners
 
 _Number = TypeVar("_Number", np.float64, np.int64)
 _FLOAT32 = 4.0 * 2.0**-23  # of the size: what programs that reckon in float32 make of one point

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ..physics.arrays import Floats, Integers
+from ..kernels.arrays import Floats, Integers
 from . import mesh_corners, schema
 
 # Of what else trimesh reads, GLB may ask for any amount of memory in a few bytes, and 3MF and DAE need more packages.
@@ -18,7 +18,7 @@ _HEAD, _RECORD = 84, 50  # bytes of a binary STL, whose head ends with the count
 
 
 def read(path: str | os.PathLike[str]) -> tuple[Floats, Integers, str]:
-    """Vertices as in the file, shape (n, 3), and triangles, shape (m, 3), for ``physics.mesh.of_mesh``, and a note.
+    """Vertices as in the file, shape (n, 3), and triangles, shape (m, 3), for ``mass.mesh.of_mesh``, and a note.
 
     Files have no unit. Corners become one vertex where they are one, see ``mesh_corners.joined``, because STL repeats
     them in each triangle; the note is a sentence about what was merged beyond equal ones, mostly empty. Several objects

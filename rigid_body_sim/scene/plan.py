@@ -8,8 +8,8 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from ..physics.terms import Terms
-from ..physics.wrench import Wrench
+from ..terms import Terms
+from ..values.wrench import Wrench
 
 # Fastest rate times the step above which the implicit method takes over. Measured, a step of dop853 and of rosenbrock
 # cost the same with drag near 5 to 10, and with a damped tether, as long as it swings and has to be followed, near 800.

@@ -12,8 +12,8 @@ from collections.abc import Callable, Iterable, Mapping, Sequence, Set
 from dataclasses import dataclass
 from typing import Any
 
-from ..physics.arrays import plain
-from ..physics.shapes import SHAPES
+from ..kernels.arrays import plain
+from ..mass.shapes import SHAPES
 
 NAMES = tuple[str, ...]
 TYPES = {bool: "bool", int: "integer", float: "double", str: "string", tuple: "double array", NAMES: "string array"}

@@ -10,9 +10,9 @@ from xml.parsers import expat
 
 import numpy as np
 
-from ..physics import inertia, rotation
-from ..physics.arrays import Floats
-from ..physics.mass_properties import MassProperties
+from ..kernels.arrays import Floats
+from ..mass.mass_properties import MassProperties
+from ..values import inertia, rotation
 from . import schema
 
 MOST_BYTES = 100_000_000  # of a file: large robots have some millions

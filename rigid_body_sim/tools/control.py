@@ -6,11 +6,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..physics import inertia as inertia_module
-from ..physics import rotation
-from ..physics.arrays import Floats
+from ..kernels.arrays import Floats
 from ..scene import schema
 from ..scene.schema import Parameter
+from ..values import inertia as inertia_module
+from ..values import rotation
 
 # The inertia is that of config/satellite.yaml.
 PARAMETERS = (

@@ -14,11 +14,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..command_line import Parser
-from ..physics import rotation
 from ..scene.installed import installed_scene
 from ..scene.loader import Scene, load_scene
 from ..scene.schema import PARTS
 from ..simulation import kernels_are_cached
+from ..values import rotation
 from . import findings, picture
 from .processes import ChildError, Children, children
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from .. import integrators
 from ..command_line import Parser
-from ..physics.shapes import SHAPES
+from ..mass.shapes import SHAPES
 from ..scene import schema
 from . import control
 

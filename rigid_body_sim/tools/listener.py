@@ -11,9 +11,9 @@ from rclpy.task import Future
 from std_msgs.msg import Header
 from std_srvs.srv import SetBool, Trigger
 
-from ..physics import rotation
-from ..physics.arrays import Floats
+from ..kernels.arrays import Floats
 from ..scene.loader import Scene
+from ..values import rotation
 from .recording import NANOSECONDS, Recording
 
 ANSWER_WITHIN = 1.0  # s

@@ -12,11 +12,11 @@ from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.subscription import Subscription
 
-from ..physics import rotation
 from ..ros import parameters
 from ..ros.executor import executor_for
 from ..ros.program import StopRequest
 from ..scene import attitude
+from ..values import rotation
 from .control import PARAMETERS, PointingLaw, pointing_law
 
 QUEUE = 10

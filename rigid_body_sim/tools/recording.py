@@ -6,9 +6,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..physics import rotation
-from ..physics.arrays import Floats
-from ..physics.body import Body
+from ..kernels.arrays import Floats
+from ..values import rotation
+from ..values.body import Body
 
 NANOSECONDS = 1_000_000_000
 

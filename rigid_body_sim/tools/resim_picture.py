@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from ..bags.comparison import Comparison, Tolerance
-from ..physics.arrays import Floats
+from ..kernels.arrays import Floats
 from .picture import BLACK, BLUE, ORANGE
 
 MOST_POINTS = 4000  # in a line; of more, the largest of each group of neighbours

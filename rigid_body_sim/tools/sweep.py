@@ -29,7 +29,7 @@ from ..bags import resimulating
 from ..bags.comparison import Comparison
 from ..bags.problem import Problem
 from ..bags.rosbags_support import BagError
-from ..physics import compiled
+from ..kernels import compiled
 from ..scene import schema
 from ..scene.loader import Scene
 from ..simulation import SimulationError, load_kernels

@@ -18,7 +18,7 @@ from pathlib import Path
 TESTS, ROOT = Path(__file__).parents[1:3]
 
 WATCHED = ["rigid_body_sim", "yaml"]
-COMPILED = ["physics", "integrators"]  # numba cannot compile what atheris has changed
+COMPILED = ["kernels", "effects", "integrators"]  # numba cannot compile what atheris has changed
 RUNS = 20_000
 BEGINNINGS = 200  # random messages to begin with
 OPTIONS = ["-seed=1", "-timeout=20", "-rss_limit_mb=4096", "-verbosity=0"]

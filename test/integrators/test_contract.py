@@ -16,8 +16,9 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 from rigid_body_sim import Body, Simulation, State, Wrench
 from rigid_body_sim.integrators import REGISTRY, get
-from rigid_body_sim.physics import invariants, rotation
-from rigid_body_sim.physics.state import LOW
+from rigid_body_sim.kernels.state import LOW
+from rigid_body_sim.theory import invariants
+from rigid_body_sim.values import rotation
 
 pytestmark = pytest.mark.no_numba
 

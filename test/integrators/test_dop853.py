@@ -7,10 +7,11 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 from scipy.integrate._ivp import dop853_coefficients as published
 
-from rigid_body_sim import Body, Drag, Simulation, SimulationError, State, Tether, Wrench
+from rigid_body_sim import Body, Drag, Simulation, SimulationError, State, Tether, Wrench, terms
 from rigid_body_sim.integrators import dop853
-from rigid_body_sim.physics import forces, rotation, stiffness
-from rigid_body_sim.physics.state import flatten
+from rigid_body_sim.kernels import stiffness
+from rigid_body_sim.values import rotation
+from rigid_body_sim.values.state import flatten
 
 BALL = Body(2.0, (0.1, 0.1, 0.1))
 G = 9.80665
@@ -161,7 +162,7 @@ def test_tether_that_begins_to_pull_with_a_jump_is_passed():
 
 
 def radius(state, body=BALL, drag=None, tethers=()):
-    model = forces.new_model(body, (0, 0, -G), Wrench(), drag or Drag(), tethers)
+    model = terms.new_model(body, (0, 0, -G), Wrench(), drag or Drag(), tethers)
     return stiffness.spectral_radius(flatten(state, model), model)
 
 

@@ -8,7 +8,7 @@ from numpy.testing import assert_allclose
 from scipy.integrate import solve_ivp
 
 from rigid_body_sim import Body, Drag, Simulation, SimulationError, State, Tether, Wrench
-from rigid_body_sim.physics import rotation
+from rigid_body_sim.values import rotation
 
 BALL = Body(2.0, (0.1, 0.1, 0.1))
 G = (0.0, 0.0, -9.80665)

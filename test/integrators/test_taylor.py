@@ -12,11 +12,14 @@ import pytest
 from mpmath import mpf
 from numpy.testing import assert_allclose, assert_array_equal
 
-from rigid_body_sim import Body, SimulationError, State, Wrench
+from rigid_body_sim import Body, SimulationError, State, Wrench, terms
 from rigid_body_sim import simulation as home
 from rigid_body_sim.integrators.taylor import INTEGRATOR
-from rigid_body_sim.physics import compiled, forces, invariants, rotation
-from rigid_body_sim.physics import state as flat
+from rigid_body_sim.kernels import compiled
+from rigid_body_sim.kernels import state as flat
+from rigid_body_sim.theory import invariants
+from rigid_body_sim.values import rotation
+from rigid_body_sim.values.state import flatten
 
 Simulation = partial(home.Simulation, integrator="taylor")
 EPS = np.finfo(float).eps
@@ -237,8 +240,8 @@ ANGLES = [*(pytest.param(angle, marks=pytest.mark.no_numba) for angle in SMALL_A
 
 def attitude_after(steps, h, state, compensated=True):
     """Error [rad] of the attitude after so many steps of h [s], with the low-order parts of the state or without."""
-    model = forces.new_model(SYMMETRIC, (0, 0, 0), Wrench())
-    numbers, work = flat.flatten(state, model), np.zeros(INTEGRATOR.work_size)
+    model = terms.new_model(SYMMETRIC, (0, 0, 0), Wrench())
+    numbers, work = flatten(state, model), np.zeros(INTEGRATOR.work_size)
     advance = compiled.ready(INTEGRATOR.steps, numbers, model, work, h, 1)
     true = closed_form(numbers, steps * mpf(h))
     for _ in range(steps):

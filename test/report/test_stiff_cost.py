@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from rigid_body_sim.physics.forces import new_model
-from rigid_body_sim.physics.state import LOW, flatten
-from rigid_body_sim.physics.wrench import Wrench
+from rigid_body_sim.kernels.state import LOW
 from rigid_body_sim.report import stiff_cost
+from rigid_body_sim.terms import new_model
+from rigid_body_sim.values.state import flatten
+from rigid_body_sim.values.wrench import Wrench
 
 over_scenes = pytest.mark.parametrize("scene", stiff_cost.SCENES.values(), ids=stiff_cost.SCENES)
 

@@ -18,8 +18,8 @@ import numpy as np
 import pytest
 
 from rigid_body_sim import Simulation
-from rigid_body_sim.physics import rotation
 from rigid_body_sim.scene.loader import Scene
+from rigid_body_sim.values import rotation
 
 from . import policy, stand_in
 from .analysis import derivative

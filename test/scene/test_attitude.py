@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rigid_body_sim import Scene
-from rigid_body_sim.physics import rotation
 from rigid_body_sim.scene import attitude, schema
+from rigid_body_sim.values import rotation
 
 pytestmark = pytest.mark.no_numba
 

@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 
 from rigid_body_sim import load_scene
-from rigid_body_sim.physics import rotation
 from rigid_body_sim.scene import attitude, installed
+from rigid_body_sim.values import rotation
 
 CONFIG = Path(__file__).parents[2] / "config"
 

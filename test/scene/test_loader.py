@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
-from rigid_body_sim import Body, Drag, Scene, Simulation, Tether, load_scene
-from rigid_body_sim.physics import forces, rotation
+from rigid_body_sim import Body, Drag, Scene, Simulation, Tether, load_scene, terms
+from rigid_body_sim.kernels import wrench as wrench_kernels
+from rigid_body_sim.values import rotation
 
 pytestmark = pytest.mark.no_numba
 
@@ -92,9 +93,9 @@ FORCE, TORQUE = np.array((1.0, -2.0, 3.0)), np.array((0.3, 0.2, -0.1))
 
 def force_and_torque(wrench, q):
     """Force and torque about the centre of mass [world] of a wrench on a body at the attitude q."""
-    model = forces.new_model(BODY, (0, 0, 0), wrench)
-    forces.reduce_wrench(model)
-    return forces.force_world(model, *q), rotation.rotate(q, forces.torque_principal(model, *q))
+    model = terms.new_model(BODY, (0, 0, 0), wrench)
+    wrench_kernels.reduce_wrench(model)
+    return wrench_kernels.force_world(model, *q), rotation.rotate(q, wrench_kernels.torque_principal(model, *q))
 
 
 @pytest.mark.parametrize("axes", ["body", "world"])

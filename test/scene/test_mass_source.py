@@ -8,7 +8,7 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from rigid_body_sim import Scene, load_scene
-from rigid_body_sim.physics.shapes import SHAPES
+from rigid_body_sim.mass.shapes import SHAPES
 
 pytestmark = pytest.mark.no_numba
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
-from rigid_body_sim.physics import inertia, rotation
 from rigid_body_sim.scene import urdf
+from rigid_body_sim.values import inertia, rotation
 
 pytestmark = pytest.mark.no_numba
 

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from rigid_body_sim import Simulation, Wrench, load_scene
-from rigid_body_sim.physics import rotation
 from rigid_body_sim.tools.control import pointing_law, shortened
+from rigid_body_sim.values import rotation
 
 INERTIA = (0.144, 0.185, 0.061, 0.01, -0.02, 0.005)
 MATRIX = np.array(((0.144, 0.01, -0.02), (0.01, 0.185, 0.005), (-0.02, 0.005, 0.061)))

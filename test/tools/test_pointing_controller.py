@@ -9,7 +9,7 @@ import sys
 import numpy as np
 import pytest
 
-from rigid_body_sim.physics import rotation
+from rigid_body_sim.values import rotation
 
 rclpy = pytest.importorskip("rclpy")
 messages = pytest.importorskip("geometry_msgs.msg")

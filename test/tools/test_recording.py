@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from rigid_body_sim import Body, Simulation, State, Wrench
-from rigid_body_sim.physics import rotation
 from rigid_body_sim.tools.recording import Recording, energy_budget, momentum_budget
+from rigid_body_sim.values import rotation
 
 BODY = Body(12.0, (0.144, 0.185, 0.061, 0.01, -0.02, 0.005), (0.01, -0.02, 0.03))
 STEP_NS = 1_000_000

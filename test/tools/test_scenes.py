@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from rigid_body_sim import Simulation, load_scene
-from rigid_body_sim.physics import invariants, rotation
 from rigid_body_sim.scene import schema
+from rigid_body_sim.theory import invariants
+from rigid_body_sim.values import rotation
 
 CONFIG = Path(__file__).parents[2] / "config"
 SCENES = sorted(path.stem for path in CONFIG.glob("*.yaml"))

@@ -6,7 +6,7 @@ from fractions import Fraction
 
 import numpy as np
 
-from ...physics.rotation import normalize
+from ...values.rotation import normalize
 from ..method import SIMULATOR, STEP, Method, step_sizes
 from ..problems import End, Problem
 

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from ...physics.rotation import qrotate_back
+from ...kernels.vectors import qrotate_back
 from ..method import SIMULATOR, STEP, Method, step_sizes, steps_held
 from ..problems import End, Problem
 

@@ -2,11 +2,12 @@
 
 import numpy as np
 
-from ...physics import compiled
-from ...physics import state as flat
-from ...physics.forces import reduce_wrench
-from ...physics.motion import derivative
-from ...physics.terms import Terms
+from ...kernels import compiled
+from ...kernels import state as flat
+from ...kernels.motion import derivative
+from ...kernels.wrench import reduce_wrench
+from ...terms import Terms
+from ...values.state import flatten
 from ..method import LIBRARY, RTOL, Method
 from ..problems import End, Problem
 
@@ -46,7 +47,7 @@ class _Run:
         self._models = [terms.model(wrench) for wrench in problem.wrenches]
         for model in self._models:
             compiled.ready(reduce_wrench, model)(model)
-        start = flat.flatten(problem.initial, self._models[0])
+        start = flatten(problem.initial, self._models[0])
         self._start, self._slope = start[: flat.LOW].copy(), np.zeros(flat.LOW)
         self._out = np.zeros(flat.OUT_SIZE)
         self._derivative = compiled.ready(derivative, self._models[0], self._start, 0, self._slope, 0)

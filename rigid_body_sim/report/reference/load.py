@@ -27,7 +27,7 @@ def load(name: str, file: str = TRAJECTORIES) -> dict[str, Any]:
     the body frame's origin [world], orientation (w, x, y, z; body to world), angular_velocity [body]; samples also
     momentum and angular_momentum (about the centre of mass) [world]. wrenches: held until `until`; force_body acts at
     the body frame's origin, force_world at the centre of mass; points has the shape (number, 2, 3): the point from the
-    body frame's origin [body] and the force [world]. drag, where there is any: as in physics.resistance.Drag. The
+    body frame's origin [body] and the force [world]. drag, where there is any: as in effects.drag.Drag. The
     initial orientation has a norm of one to round-off; the reference divides by it.
     """
     return as_numbers(stored(file)["problems"][name])

@@ -3,10 +3,10 @@
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...physics.arrays import Floats
-from ...physics.body import Body
-from ...physics.state import State
+from ...kernels.arrays import Floats
 from ...simulation import Simulation
+from ...values.body import Body
+from ...values.state import State
 
 
 def turned(body: Body, w_body: ArrayLike, t: float) -> tuple[Floats, Floats]:

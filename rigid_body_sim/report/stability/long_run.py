@@ -16,12 +16,13 @@ from typing import Any
 
 import numpy as np
 
-from ...physics import invariants, rotation
-from ...physics.arrays import Floats
-from ...physics.body import Body
-from ...physics.state import State
-from ...physics.wrench import Wrench
+from ...kernels.arrays import Floats
 from ...simulation import Simulation
+from ...theory import invariants
+from ...values import rotation
+from ...values.body import Body
+from ...values.state import State
+from ...values.wrench import Wrench
 
 RATE = 1000.0  # Hz
 SPIN = 20.0  # rad/s: 0.02 rad in a step

@@ -8,9 +8,9 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ...physics import rotation
-from ...physics.arrays import Floats
-from ...physics.rotation_matrix import departure, euler_step, nearest_rotation
+from ...kernels.arrays import Floats
+from ...theory.rotation_matrix import departure, euler_step, nearest_rotation
+from ...values import rotation
 
 W_WORLD = (1.0, -2.0, 2.0)  # rad/s; its length is 3
 H = 0.01  # s

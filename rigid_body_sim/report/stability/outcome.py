@@ -6,9 +6,9 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 
-from ...physics import rotation
-from ...physics.arrays import Floats
+from ...kernels.arrays import Floats
 from ...simulation import Simulation, SimulationError
+from ...values import rotation
 
 ACCURATE = 1e-3  # error, as a share of the motion's own scales, up to which a run counts as accurate
 TOO_MUCH = 100.0  # times the largest speed or spin of the true motion: from there on a run counts as diverged

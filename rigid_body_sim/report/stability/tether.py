@@ -8,11 +8,11 @@ import math
 
 import numpy as np
 
-from ...physics.arrays import Floats
-from ...physics.body import Body
-from ...physics.resistance import Tether
-from ...physics.state import State
+from ...effects.tether import Tether
+from ...kernels.arrays import Floats
 from ...simulation import Simulation
+from ...values.body import Body
+from ...values.state import State
 from .free import turned
 from .maps import Map
 from .outcome import Case, Scale

@@ -13,11 +13,11 @@ from typing import Any
 
 import numpy as np
 
-from ...physics.arrays import Floats
-from ...physics.body import Body
-from ...physics.state import State
-from ...physics.wrench import Wrench
+from ...kernels.arrays import Floats
 from ...simulation import Simulation
+from ...values.body import Body
+from ...values.state import State
+from ...values.wrench import Wrench
 from .maps import Map
 from .outcome import Case, Scale
 

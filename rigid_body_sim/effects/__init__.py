@@ -1,0 +1,1 @@
+"""What acts on the body beside a held wrench: one file an effect."""

@@ -1,0 +1,37 @@
+"""How fast the velocities change at a moment, with every force there is."""
+
+from .arrays import Floats
+from .compiled import kernel
+from .model import CENTER_OF_MASS, EULER, MASS, MOMENTS, rates_principal, to_body
+from .motion import body_attitude, loads
+from .state import L, Q
+from .vectors import cross, qrotate, qrotate_back
+from .wrench import reduce_wrench
+
+
+@kernel
+def read_acceleration(state: Floats, model: Floats) -> tuple[float, float, float, float, float, float]:
+    """(a [m/s²], dω/dt [rad/s²]): of the body frame's origin, world axes, and in body axes; 6 numbers.
+
+    By theory (2.1.2) for the centre of mass and Euler's equation (2.5.6) in principal axes. The origin is at −R c from
+    the centre of mass, so a_o = F/m − R (ω' × c + ω × (ω × c)) with c, ω and ω' in body axes.
+    """
+    reduce_wrench(model)  # a wrench set since the last step is not reduced yet
+    qw, qx, qy, qz = state[Q], state[Q + 1], state[Q + 2], state[Q + 3]
+    fx, fy, fz, tx, ty, tz = loads(model, state, 0, qw, qx, qy, qz)
+    tx, ty, tz = qrotate_back(qw, qx, qy, qz, tx, ty, tz)
+    wx, wy, wz = rates_principal(model, qw, qx, qy, qz, state[L], state[L + 1], state[L + 2])
+    ax, ay, az = to_body(
+        model,
+        tx / model[MOMENTS] + model[EULER] * wy * wz,
+        ty / model[MOMENTS + 1] + model[EULER + 1] * wz * wx,
+        tz / model[MOMENTS + 2] + model[EULER + 2] * wx * wy,
+    )
+    wx, wy, wz = to_body(model, wx, wy, wz)
+    c, m = CENTER_OF_MASS, model[MASS]
+    ux, uy, uz = cross(ax, ay, az, model[c], model[c + 1], model[c + 2])
+    vx, vy, vz = cross(wx, wy, wz, model[c], model[c + 1], model[c + 2])
+    vx, vy, vz = cross(wx, wy, wz, vx, vy, vz)
+    bw, bx, by, bz = body_attitude(model, qw, qx, qy, qz)
+    ux, uy, uz = qrotate(bw, bx, by, bz, ux + vx, uy + vy, uz + vz)
+    return fx / m - ux, fy / m - uy, fz / m - uz, ax, ay, az

@@ -1,0 +1,114 @@
+"""The one place, with kernel_cache, that knows numba: compile a kernel, or run the same function as plain Python.
+
+A kernel is a function of floats and flat float64 arrays. With numba it becomes machine code; without it (not installed,
+or switched off by ``RIGID_BODY_SIM_NO_NUMBA=1``) the very same function runs as Python, slower and with the same
+results.
+"""
+
+import hashlib
+import os
+from collections.abc import Callable, Sequence
+from functools import cache
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+
+from . import kernel_cache
+from .arrays import Floats, Vector
+
+try:
+    import numba
+except (ImportError, OSError):  # OSError of coverage, which numba imports, where the working directory is gone
+    numba = None
+
+_Kernel = TypeVar("_Kernel", bound=Callable[..., Any])  # decorated, it keeps its signature
+_Result = TypeVar("_Result")
+
+ENABLED = numba is not None and os.environ.get("RIGID_BODY_SIM_NO_NUMBA", "0") in ("", "0")
+
+
+@cache
+def sources_digest() -> str:
+    """Name of this version of the kernels: numba notices a change in a kernel's own file, not in those it calls."""
+    package = Path(__file__).parents[1]
+    digest = hashlib.sha256()
+    for folder in ("kernels", "effects", "integrators"):
+        for source in sorted((package / folder).glob("*.py")):
+            digest.update(source.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+Steps = Callable[[Floats, Floats, Floats, float, int], int]  # an integrator's kernel: see integrators.base
+
+# Kernels create no arrays, so numba need not count references to them: without `_nrt` it does so at every inner call,
+# which made a step 1.6 times slower. Python's and numpy's rules of arithmetic are kept: no fast-math, so results are
+# the same bits.
+_OPTIONS = {"nogil": True, "error_model": "numpy", "forceinline": True, "_nrt": False}
+
+# What was compiled knows the paths of its sources: another installation has a folder of its own.
+_PLACE = hashlib.sha256(__file__.encode()).hexdigest()[:8]
+FOLDER, NO_FOLDER = kernel_cache.choose(f"kernels-{sources_digest()}-{_PLACE}") if ENABLED else (None, "")
+
+
+def kernel(function: _Kernel) -> _Kernel:
+    """Decorate a kernel: compiled on first use with numba, unchanged without."""
+    if not ENABLED:
+        return function
+    compiled: Any = numba.njit(**_OPTIONS)(function)
+    # Where ``cache=True`` has numba's own, which trusts what it finds.
+    compiled._cache = kernel_cache.KernelCache(function, FOLDER, NO_FOLDER)
+    result: _Kernel = compiled
+    return result
+
+
+def table(rows: Sequence[Sequence[float]], width: int) -> Vector:
+    """Coefficients for kernels, one row after the other in one sequence, each filled up with zeros to ``width``.
+
+    Compiled code indexes an array at run time, but searches a tuple; Python reads floats from a tuple faster.
+    """
+    flat = tuple(float(value) for row in rows for value in (*row, *(0.0,) * (width - len(row))))
+    return np.array(flat) if ENABLED else flat
+
+
+def ready(function: Callable[..., _Result], *examples: object) -> Callable[..., _Result]:
+    """Compile ``function`` now, for arguments of the types of ``examples``, and return what calls it fastest.
+
+    The compiled entry point is called without numba's look-up of argument types (0.4 of the cost of a short step), so
+    the types passed later must be those of ``examples``. Without numba, arrays are passed as memoryviews: indexing
+    those gives Python floats, which are faster than numpy's scalars and follow the same IEEE rules.
+    """
+    if not ENABLED:
+        return lambda *arguments: function(*(a.data if isinstance(a, np.ndarray) else a for a in arguments))
+    signature = tuple(numba.typeof(example) for example in examples)
+    dispatcher: Any = function  # what numba made of it
+    dispatcher.compile(signature)
+    entry: Callable[..., _Result] = dispatcher.overloads[signature].entry_point
+    return entry
+
+
+def ready_steps(steps: Steps, *examples: object) -> Steps:
+    """``ready`` for an integrator's kernel, which refuses a step that cannot be done: see integrators.base.
+
+    Compiled, such a step shows as inf or NaN, by IEEE rules. Plain Python raises instead, in the middle of the step.
+    """
+    run = ready(steps, *examples)
+    return run if ENABLED else lambda *arguments: _refuse_what_raises(run, *arguments)
+
+
+def _refuse_what_raises(run: Steps, state: Floats, model: Floats, work: Floats, h: float, n: int) -> int:
+    """Up to n steps, and how many were done; where arithmetic raises, the state is that before the step."""
+    before = state.copy()
+    try:
+        return run(state, model, work, h, n)
+    except (ArithmeticError, ValueError):
+        state[:] = before
+    if n == 1:
+        return 0
+    first = _refuse_what_raises(run, state, model, work, h, n // 2)
+    return first + (_refuse_what_raises(run, state, model, work, h, n - first) if first == n // 2 else 0)
+
+
+def is_cached(function: Any) -> bool:
+    """Whether ``ready`` will find compiled code for ``function`` (or needs none), so that it takes no time."""
+    return not ENABLED or function._cache.has_any()

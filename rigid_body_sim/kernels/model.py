@@ -1,0 +1,62 @@
+"""The kernels' view of a body and its held wrench: one flat array, and the forces and torques that follow from it.
+
+The array holds what is given (body, gravity, wrench in the axes in which it was given) and, from ``REDUCED`` on, what
+``reduce_wrench`` makes of it: everything about the centre of mass and in principal axes.
+
+A torque that is fixed in the world, or comes from a world-axes force at a body-fixed point, is linear in the world axes
+seen from the body. So any number of them is ``Σ_i A_i Rᵀ B_i`` with at most three *carried vectors* B_i (world) and
+matrices A_i (principal axes): one carried vector when all are parallel, the three world axes otherwise.
+"""
+
+from .arrays import Floats
+from .compiled import kernel
+from .vectors import qrotate, qrotate_back
+
+MASS = 0
+MOMENTS = 1  # principal moments, 3
+Q_BODY_PRINCIPAL = 4  # 4
+CENTER_OF_MASS = 8  # body axes, 3
+GRAVITY = 11  # world, 3
+WRENCH = 14  # the twelve values of Wrench.values
+N_POINTS = 26
+EULER = 27  # (I_y − I_z) / I_x and its cyclic companions, the coefficients of Euler's equation (theory 2.5.6), 3
+RESISTED = 30  # 1 when drag or a tether acts
+DRAG = 31  # the twelve coefficients of resistance.Drag.values
+N_TETHERS = 43
+TETHERS_AT = 44  # where the tethers begin, behind the points
+RTOL = 45  # relative error that an error-controlled integrator may make in a step
+MOST_MOMENTUM = 46  # kg m/s: up to this P no component of the velocity exceeds FASTEST
+SAFE_ANGULAR_MOMENTUM = 47  # kg m²/s: up to this L no component of any velocity exceeds FASTEST, whatever the attitude
+REDUCED = 48
+FORCE = REDUCED  # force in principal axes, 3
+TORQUE = REDUCED + 3  # torque about the centre of mass in principal axes, 3
+FORCE_WORLD = REDUCED + 6  # force in world axes, gravity included, 3
+N_CARRIED = REDUCED + 9
+ONLY_WORLD_TORQUE = REDUCED + 10  # 1 when all torque is fixed in the world: L is then a closed form
+CARRIED = REDUCED + 11  # B_i, world, 3 x 3
+ARMS = REDUCED + 20  # A_i, 3 x 9
+POINTS = REDUCED + 47  # point (body axes from the origin) and force (world), 6 each
+FASTEST = 1e307  # m/s, rad/s: a velocity beyond it may have no finite components in other axes
+
+
+@kernel
+def to_principal(model: Floats, vx: float, vy: float, vz: float) -> tuple[float, float, float]:
+    """Body axes → principal axes."""
+    i = Q_BODY_PRINCIPAL
+    return qrotate_back(model[i], model[i + 1], model[i + 2], model[i + 3], vx, vy, vz)
+
+
+@kernel
+def to_body(model: Floats, vx: float, vy: float, vz: float) -> tuple[float, float, float]:
+    """Principal axes → body axes."""
+    i = Q_BODY_PRINCIPAL
+    return qrotate(model[i], model[i + 1], model[i + 2], model[i + 3], vx, vy, vz)
+
+
+@kernel
+def rates_principal(
+    model: Floats, qw: float, qx: float, qy: float, qz: float, lx: float, ly: float, lz: float
+) -> tuple[float, float, float]:
+    """Angular velocity in principal axes from the angular momentum L in the world: ω = I₀⁻¹ Rᵀ L, theory (2.4.3)."""
+    x, y, z = qrotate_back(qw, qx, qy, qz, lx, ly, lz)
+    return x / model[MOMENTS], y / model[MOMENTS + 1], z / model[MOMENTS + 2]

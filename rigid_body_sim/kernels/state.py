@@ -1,0 +1,243 @@
+"""The state of a rigid body: the flat layout that the kernels advance.
+
+Layout of the flat state, 26 numbers, theory (2.6.1): (x, q, P, L), then the low-order parts of the same 13 numbers,
+which compensated summation keeps. A number's best value is the sum of the two.
+
+The spin of a thin body about its long axis is a small component of Rᵀ L over a small moment: one unit of round-off in q
+or L is an error of ε |L| / I in it. So for a thin body the low-order parts count whenever Rᵀ L is formed, and an
+integrator that knows Rᵀ L better than q says writes it back into them (``align``).
+"""
+
+import math
+
+from .arrays import Floats
+from .compiled import kernel
+from .extended import xrotate_back, xunscale
+from .model import (
+    CENTER_OF_MASS,
+    FASTEST,
+    MASS,
+    MOMENTS,
+    MOST_MOMENTUM,
+    Q_BODY_PRINCIPAL,
+    SAFE_ANGULAR_MOMENTUM,
+    rates_principal,
+    to_body,
+)
+from .vectors import cross, qmultiply, qrotate, qrotate_back
+from .wrench import force_world, reduce_wrench, torque_principal
+
+X = 0  # position of the centre of mass [m, world], 3
+Q = 3  # unit quaternion (w, x, y, z), principal axes → world, 4
+P = 7  # momentum [kg m/s, world], 3
+L = 10  # angular momentum about the centre of mass [kg m²/s, world], 3
+LOW = 13  # where the low-order parts begin
+SIZE = 26
+THIN = 10.0  # ratio of the moments above which a body counts as thin
+NO_LOW_PARTS = 1e-280  # kg m²/s: below it, low-order parts underflow
+OUT_SIZE = 19  # position 3, orientation 4, velocity 3, angular velocity 3, momentum 3, angular momentum 3
+
+
+@kernel
+def is_thin(model: Floats) -> bool:
+    """Whether the moments differ so much that the low-order parts of q and L count."""
+    x, y, z = model[MOMENTS], model[MOMENTS + 1], model[MOMENTS + 2]
+    return max(x, y, z) > THIN * min(x, y, z)
+
+
+@kernel
+def body_momentum(state: Floats) -> tuple[float, float, float, float, float, float]:
+    """Rᵀ L, principal axes, as three extended numbers, with the low-order parts of q and L."""
+    i = LOW
+    qq, qql, a, al, b, bl, c, cl = xrotate_back(
+        state[Q],
+        state[i + Q],
+        state[Q + 1],
+        state[i + Q + 1],
+        state[Q + 2],
+        state[i + Q + 2],
+        state[Q + 3],
+        state[i + Q + 3],
+        state[L],
+        state[i + L],
+        state[L + 1],
+        state[i + L + 1],
+        state[L + 2],
+        state[i + L + 2],
+    )
+    a, al = xunscale(a, al, qq, qql)
+    b, bl = xunscale(b, bl, qq, qql)
+    c, cl = xunscale(c, cl, qq, qql)
+    return a, al, b, bl, c, cl
+
+
+@kernel
+def rates(state: Floats, model: Floats) -> tuple[float, float, float]:
+    """Angular velocity of the state in principal axes, to round-off for thin bodies too."""
+    if is_thin(model):
+        x, _, y, _, z, _ = body_momentum(state)
+        return x / model[MOMENTS], y / model[MOMENTS + 1], z / model[MOMENTS + 2]
+    return rates_principal(
+        model, state[Q], state[Q + 1], state[Q + 2], state[Q + 3], state[L], state[L + 1], state[L + 2]
+    )
+
+
+@kernel
+def align(state: Floats, x: float, xl: float, y: float, yl: float, z: float, zl: float) -> None:
+    """Turn the attitude by the round-off by which Rᵀ L misses the direction of (x, y, z), extended, principal axes."""
+    a, al, b, bl, c, cl = body_momentum(state)
+    size = max(abs(a), abs(b), abs(c))
+    if not size > NO_LOW_PARTS:
+        return
+    # A small rotation δ of the body changes l = Rᵀ L by l × δ, and δ = d × l / l·l makes that d, less its part along l.
+    dx, dy, dz = ((x - a) + (xl - al)) / size, ((y - b) + (yl - bl)) / size, ((z - c) + (zl - cl)) / size
+    a, b, c = a / size, b / size, c / size
+    dx, dy, dz = cross(dx, dy, dz, a, b, c)
+    half = 0.5 / (a * a + b * b + c * c)
+    w, x, y, z = qmultiply(state[Q], state[Q + 1], state[Q + 2], state[Q + 3], 0.0, half * dx, half * dy, half * dz)
+    add_compensated(state, Q, w)
+    add_compensated(state, Q + 1, x)
+    add_compensated(state, Q + 2, y)
+    add_compensated(state, Q + 3, z)
+
+
+@kernel
+def read_pose(state: Floats, model: Floats) -> tuple[float, float, float, float, float, float, float]:
+    """(x, y, z, qw, qx, qy, qz) of the body frame in the world; its origin is at o = x − R c, with c in body axes."""
+    b = Q_BODY_PRINCIPAL
+    qw, qx, qy, qz = qmultiply(
+        state[Q], state[Q + 1], state[Q + 2], state[Q + 3], model[b], -model[b + 1], -model[b + 2], -model[b + 3]
+    )
+    c = CENTER_OF_MASS
+    rx, ry, rz = qrotate(qw, qx, qy, qz, model[c], model[c + 1], model[c + 2])
+    return state[X] - rx, state[X + 1] - ry, state[X + 2] - rz, qw, qx, qy, qz
+
+
+@kernel
+def read_motion(
+    state: Floats, model: Floats
+) -> tuple[
+    float,
+    float,
+    float,
+    float,
+    float,
+    float,
+    float,
+    float,
+    float,
+    float,
+    float,
+    float,
+    float,
+    float,
+    float,
+    float,
+    float,
+    float,
+    float,
+]:
+    """Pose (7) of the body frame, then velocity of its origin and ω in world axes (6), then both in body axes (6).
+
+    The velocity of the origin is v_o = P/m − R (ω × c), with c and ω in body axes.
+    """
+    wx, wy, wz = rates(state, model)
+    wx, wy, wz = to_body(model, wx, wy, wz)
+    px, py, pz, qw, qx, qy, qz = read_pose(state, model)
+    c, m = CENTER_OF_MASS, model[MASS]
+    ux, uy, uz = cross(wx, wy, wz, model[c], model[c + 1], model[c + 2])
+    ux, uy, uz = qrotate(qw, qx, qy, qz, ux, uy, uz)
+    vx, vy, vz = state[P] / m - ux, state[P + 1] / m - uy, state[P + 2] / m - uz
+    ux, uy, uz = qrotate_back(qw, qx, qy, qz, vx, vy, vz)
+    sx, sy, sz = qrotate(qw, qx, qy, qz, wx, wy, wz)
+    return px, py, pz, qw, qx, qy, qz, vx, vy, vz, sx, sy, sz, ux, uy, uz, wx, wy, wz
+
+
+@kernel
+def read_out(state: Floats, model: Floats, out: Floats) -> None:
+    """Fill ``out`` (19) with position, orientation, velocity, angular velocity, momentum and angular momentum."""
+    px, py, pz, qw, qx, qy, qz, vx, vy, vz, _, _, _, _, _, _, wx, wy, wz = read_motion(state, model)
+    out[0], out[1], out[2] = px, py, pz
+    out[3], out[4], out[5], out[6] = qw, qx, qy, qz
+    out[7], out[8], out[9] = vx, vy, vz
+    out[10], out[11], out[12] = wx, wy, wz
+    for i in range(3):
+        out[13 + i] = state[P + i]
+        out[16 + i] = state[L + i]
+
+
+@kernel
+def add_compensated(state: Floats, i: int, d: float) -> None:
+    """state[i] += d, keeping what round-off would drop in the low-order part: Knuth's TwoSum (TAOCP vol. 2, 4.2.2)."""
+    high = state[i]
+    d += state[LOW + i]
+    total = high + d
+    kept = total - high
+    state[LOW + i] = (high - (total - kept)) + (d - kept)
+    state[i] = total
+
+
+@kernel
+def add_impulse(state: Floats, model: Floats) -> None:
+    """Add to P and L the impulse J [N s] and its moment [N m s] that ``model`` holds as its wrench, without gravity.
+
+    They are those of the wrench at the present attitude: ΔP = J, ΔL = r × J about the centre of mass, theory (2.3.4).
+    """
+    reduce_wrench(model)
+    qw, qx, qy, qz = state[Q], state[Q + 1], state[Q + 2], state[Q + 3]
+    jx, jy, jz = force_world(model, qw, qx, qy, qz)
+    tx, ty, tz = torque_principal(model, qw, qx, qy, qz)
+    tx, ty, tz = qrotate(qw, qx, qy, qz, tx, ty, tz)
+    add_compensated(state, P, jx)
+    add_compensated(state, P + 1, jy)
+    add_compensated(state, P + 2, jz)
+    add_compensated(state, L, tx)
+    add_compensated(state, L + 1, ty)
+    add_compensated(state, L + 2, tz)
+
+
+@kernel
+def add_to_attitude(state: Floats, dw: float, dx: float, dy: float, dz: float) -> None:
+    """Add to the quaternion and scale it to unit length; when nothing is added, not one bit changes."""
+    if dw == 0.0 and dx == 0.0 and dy == 0.0 and dz == 0.0:
+        return
+    w, x, y, z = state[Q] + dw, state[Q + 1] + dx, state[Q + 2] + dy, state[Q + 3] + dz
+    unit = 1.0 / math.sqrt(w * w + x * x + y * y + z * z)
+    state[Q], state[Q + 1], state[Q + 2], state[Q + 3] = unit * w, unit * x, unit * y, unit * z
+
+
+@kernel
+def copy(source: Floats, at: int, target: Floats, to: int) -> None:
+    """Copy the 26 numbers of a state from source[at:] to target[to:]."""
+    for i in range(SIZE):
+        target[to + i] = source[at + i]
+
+
+@kernel
+def is_finite(state: Floats, model: Floats) -> bool:
+    """Whether all 13 numbers are finite, the attitude is one, and the velocities are finite in whatever axes.
+
+    x − x is 0 for finite numbers and NaN for others. A change of the quaternion whose square overflows leaves it zero.
+    """
+    total = 0.0
+    for i in range(LOW):
+        total += state[i] - state[i]
+    w, x, y, z = state[Q], state[Q + 1], state[Q + 2], state[Q + 3]
+    if not (total == 0.0 and w * w + x * x + y * y + z * z > 0.0):
+        return False
+    most = model[MOST_MOMENTUM]
+    if abs(state[P]) > most or abs(state[P + 1]) > most or abs(state[P + 2]) > most:
+        return False
+    safe = model[SAFE_ANGULAR_MOMENTUM]
+    if abs(state[L]) <= safe and abs(state[L + 1]) <= safe and abs(state[L + 2]) <= safe:
+        return True
+    return _rates_are_finite(state, model)
+
+
+@kernel
+def _rates_are_finite(state: Floats, model: Floats) -> bool:
+    """Whether ω, and what it adds to the velocity of the body frame's origin, stay below FASTEST."""
+    w, x, y, z, c = state[Q], state[Q + 1], state[Q + 2], state[Q + 3], CENTER_OF_MASS
+    wx, wy, wz = rates_principal(model, w, x, y, z, state[L], state[L + 1], state[L + 2])
+    lever = 1.0 + abs(model[c]) + abs(model[c + 1]) + abs(model[c + 2])
+    return max(abs(wx), abs(wy), abs(wz)) <= FASTEST / lever

@@ -1,0 +1,154 @@
+"""The held wrench as kernels see it: reduced to principal axes and carried vectors, and its force and torque."""
+
+import math
+
+from .arrays import Floats
+from .compiled import kernel
+from .model import (
+    ARMS,
+    CARRIED,
+    CENTER_OF_MASS,
+    FORCE,
+    FORCE_WORLD,
+    GRAVITY,
+    MASS,
+    N_CARRIED,
+    N_POINTS,
+    ONLY_WORLD_TORQUE,
+    POINTS,
+    TORQUE,
+    WRENCH,
+    to_principal,
+)
+from .vectors import cross, qrotate, qrotate_back
+
+
+@kernel
+def reduce_wrench(model: Floats) -> None:
+    """Fill the reduced part: body-axes wrench about the centre of mass, sum of world forces, carried vectors."""
+    w = WRENCH
+    c = CENTER_OF_MASS
+    fx, fy, fz = model[w], model[w + 1], model[w + 2]
+    mx, my, mz = cross(model[c], model[c + 1], model[c + 2], fx, fy, fz)
+    model[FORCE], model[FORCE + 1], model[FORCE + 2] = to_principal(model, fx, fy, fz)
+    model[TORQUE], model[TORQUE + 1], model[TORQUE + 2] = to_principal(
+        model, model[w + 3] - mx, model[w + 4] - my, model[w + 5] - mz
+    )
+    for i in range(3):
+        model[FORCE_WORLD + i] = model[w + 6 + i] + model[MASS] * model[GRAVITY + i]
+    model[ONLY_WORLD_TORQUE] = 0.0
+    if model[N_POINTS] == 0.0:
+        _carry_world_torque(model)
+    else:
+        _carry_point_forces(model)
+
+
+@kernel
+def _carry_world_torque(model: Floats) -> None:
+    w = WRENCH + 9
+    model[N_CARRIED] = 0.0
+    if model[w] != 0.0 or model[w + 1] != 0.0 or model[w + 2] != 0.0:
+        model[N_CARRIED] = 1.0
+    for i in range(9):
+        model[ARMS + i] = 1.0 if i % 4 == 0 else 0.0
+    for i in range(3):
+        model[CARRIED + i] = model[w + i]
+    if model[TORQUE] == 0.0 and model[TORQUE + 1] == 0.0 and model[TORQUE + 2] == 0.0:
+        model[ONLY_WORLD_TORQUE] = 1.0
+
+
+@kernel
+def _carry_point_forces(model: Floats) -> None:
+    """Carried vectors for world-axes forces at points: their common direction, or the three world axes."""
+    n = int(model[N_POINTS])
+    for k in range(n):
+        for i in range(3):
+            model[FORCE_WORLD + i] += model[POINTS + 6 * k + 3 + i]
+    for i in range(27):
+        model[ARMS + i] = 0.0
+    parallel = _points_are_parallel(model, n)
+    for i in range(9):
+        model[CARRIED + i] = 1.0 if i % 4 == 0 else 0.0
+    model[N_CARRIED] = 1.0 if parallel else 3.0
+    if parallel:
+        for i in range(3):
+            model[CARRIED + i] = model[POINTS + 3 + i]
+    for k in range(n):
+        _add_arms(model, k, parallel)
+    if not parallel:
+        for axis in range(3):
+            for i in range(3):
+                model[ARMS + 9 * axis + 4 * i] += model[WRENCH + 9 + axis]
+
+
+@kernel
+def _points_are_parallel(model: Floats, n: int) -> bool:
+    """Whether all forces at points lie along the first one, exactly, and no world torque needs carrying beside them."""
+    for i in range(3):
+        if model[WRENCH + 9 + i] != 0.0:
+            return False
+    p = POINTS + 3
+    largest = max(abs(model[p]), abs(model[p + 1]), abs(model[p + 2]))
+    if largest == 0.0:
+        return False
+    # By a power of two, which rounds nothing: products with a tiny force would vanish, with a huge one overflow.
+    unit = math.ldexp(1.0, max(-1000, min(1000, -math.frexp(largest)[1])))
+    fx, fy, fz = unit * model[p], unit * model[p + 1], unit * model[p + 2]
+    for k in range(1, n):
+        a = p + 6 * k
+        x, y, z = cross(fx, fy, fz, model[a], model[a + 1], model[a + 2])
+        if x != 0.0 or y != 0.0 or z != 0.0:
+            return False
+    return True
+
+
+@kernel
+def _add_arms(model: Floats, k: int, parallel: bool) -> None:
+    """Add point k's skew matrix of its arm from the centre of mass to each A_i, weighted by the force along B_i."""
+    p = POINTS + 6 * k
+    c = CENTER_OF_MASS
+    x, y, z = to_principal(model, model[p] - model[c], model[p + 1] - model[c + 1], model[p + 2] - model[c + 2])
+    for i in range(1 if parallel else 3):
+        # The force along B_i, which is parallel to it or an axis: from B_i's largest component.
+        b, j = CARRIED + 3 * i, 0
+        for other in range(1, 3):
+            if abs(model[b + other]) > abs(model[b + j]):
+                j = other
+        weight = model[p + 3 + j] / model[b + j]
+        a = ARMS + 9 * i
+        model[a + 1] -= weight * z
+        model[a + 2] += weight * y
+        model[a + 3] += weight * z
+        model[a + 5] -= weight * x
+        model[a + 6] -= weight * y
+        model[a + 7] += weight * x
+
+
+@kernel
+def arm_torque(model: Floats, i: int, bx: float, by: float, bz: float) -> tuple[float, float, float]:
+    """A_i b: the torque (principal axes) of carried vector i whose components in principal axes are b."""
+    a = ARMS + 9 * i
+    return (
+        model[a] * bx + model[a + 1] * by + model[a + 2] * bz,
+        model[a + 3] * bx + model[a + 4] * by + model[a + 5] * bz,
+        model[a + 6] * bx + model[a + 7] * by + model[a + 8] * bz,
+    )
+
+
+@kernel
+def torque_principal(model: Floats, qw: float, qx: float, qy: float, qz: float) -> tuple[float, float, float]:
+    """Whole torque about the centre of mass, in principal axes, at the attitude q (principal axes → world)."""
+    tx, ty, tz = model[TORQUE], model[TORQUE + 1], model[TORQUE + 2]
+    for i in range(int(model[N_CARRIED])):
+        b = CARRIED + 3 * i
+        bx, by, bz = qrotate_back(qw, qx, qy, qz, model[b], model[b + 1], model[b + 2])
+        ax, ay, az = arm_torque(model, i, bx, by, bz)
+        tx, ty, tz = tx + ax, ty + ay, tz + az
+    return tx, ty, tz
+
+
+@kernel
+def force_world(model: Floats, qw: float, qx: float, qy: float, qz: float) -> tuple[float, float, float]:
+    """Whole force, in world axes, at the attitude q (principal axes → world)."""
+    fx, fy, fz = qrotate(qw, qx, qy, qz, model[FORCE], model[FORCE + 1], model[FORCE + 2])
+    return fx + model[FORCE_WORLD], fy + model[FORCE_WORLD + 1], fz + model[FORCE_WORLD + 2]

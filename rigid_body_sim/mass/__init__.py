@@ -1,0 +1,1 @@
+"""Where mass properties come from: shapes, meshes, densities, assemblies."""

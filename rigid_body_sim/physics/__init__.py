@@ -1,1 +1,0 @@
-"""What a rigid body is: attitude, inertia, state, wrench, forces and invariants."""

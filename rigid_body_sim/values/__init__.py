@@ -1,0 +1,1 @@
+"""What users write and read: body, state, wrench, rotations. Checked once, where they are made."""

@@ -1,0 +1,126 @@
+"""The state of a rigid body as users read and write it; the flat layout that kernels advance is in kernels.state."""
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..kernels.arrays import Floats, Vector
+from ..kernels.extended import xrotate_back, xunscale
+from ..kernels.model import CENTER_OF_MASS, MASS, MOMENTS, Q_BODY_PRINCIPAL, to_principal
+from ..kernels.state import LOW, SIZE, L, P, Q, X
+from ..kernels.vectors import cross, qmultiply, qrotate
+from . import rotation
+from .wrench import three_finite
+
+
+class State:
+    """Position, attitude and velocities of a body frame.
+
+    Parameters
+    ----------
+    position : array_like, shape (3,)
+        Position [m] of the body frame's origin, world axes.
+    orientation : array_like, shape (4,)
+        Quaternion (w, x, y, z), body → world; normalised here.
+    velocity : array_like, shape (3,)
+        Velocity [m/s] of the body frame's origin, world axes.
+    angular_velocity : array_like, shape (3,)
+        Angular velocity [rad/s] in body axes.
+
+    Raises
+    ------
+    ValueError
+        A value that is not finite, a wrong shape, or an orientation without direction.
+    """
+
+    __slots__ = ("values",)
+
+    def __init__(
+        self,
+        position: Vector = (0.0, 0.0, 0.0),
+        orientation: ArrayLike = (1.0, 0.0, 0.0, 0.0),
+        velocity: Vector = (0.0, 0.0, 0.0),
+        angular_velocity: Vector = (0.0, 0.0, 0.0),
+    ):
+        self.values = np.concatenate(
+            (
+                three_finite(position, "position"),
+                rotation.normalize(orientation),
+                three_finite(velocity, "velocity"),
+                three_finite(angular_velocity, "angular_velocity"),
+            )
+        )
+        self.values.flags.writeable = False
+
+    @property
+    def position(self) -> Floats:
+        """Position [m] of the body frame's origin, world axes, shape (3,)."""
+        return self.values[0:3]
+
+    @property
+    def orientation(self) -> Floats:
+        """Unit quaternion (w, x, y, z), body → world, shape (4,)."""
+        return self.values[3:7]
+
+    @property
+    def velocity(self) -> Floats:
+        """Velocity [m/s] of the body frame's origin, world axes, shape (3,)."""
+        return self.values[7:10]
+
+    @property
+    def angular_velocity(self) -> Floats:
+        """Angular velocity [rad/s], body axes, shape (3,)."""
+        return self.values[10:13]
+
+    def __repr__(self) -> str:
+        p, q, v, w = (self.values[a:b].tolist() for a, b in ((0, 3), (3, 7), (7, 10), (10, 13)))
+        return f"{type(self).__name__}(position={p}, orientation={q}, velocity={v}, angular_velocity={w})"
+
+
+class BodyState(State):
+    """State of a given body at one moment: a State with its momentum, as ``Simulation.state`` gives it."""
+
+    __slots__ = ()
+
+    def __init__(self, values: Floats):
+        self.values = values
+        values.flags.writeable = False
+
+    @property
+    def momentum(self) -> Floats:
+        """Momentum P [kg m/s], world axes, shape (3,)."""
+        return self.values[13:16]
+
+    @property
+    def angular_momentum(self) -> Floats:
+        """Angular momentum L [kg m²/s] about the centre of mass, world axes, shape (3,)."""
+        return self.values[16:19]
+
+
+def flatten(state: State, model: Floats) -> Floats:
+    """The 26 numbers of a state for the body in ``model`` (see forces.new_model). Raises ValueError on overflow."""
+    flat = np.zeros(SIZE)
+    px, py, pz, qw, qx, qy, qz, vx, vy, vz, wx, wy, wz = state.values[:13].tolist()
+    cx, cy, cz = model[CENTER_OF_MASS : CENTER_OF_MASS + 3].tolist()
+    rx, ry, rz = qrotate(qw, qx, qy, qz, cx, cy, cz)
+    ux, uy, uz = qrotate(qw, qx, qy, qz, *cross(wx, wy, wz, cx, cy, cz))
+    flat[X : X + 3] = px + rx, py + ry, pz + rz
+    flat[Q : Q + 4] = qmultiply(qw, qx, qy, qz, *model[Q_BODY_PRINCIPAL : Q_BODY_PRINCIPAL + 4].tolist())
+    mass = float(model[MASS])
+    flat[P : P + 3] = mass * (vx + ux), mass * (vy + uy), mass * (vz + uz)
+    with np.errstate(over="ignore", invalid="ignore"):
+        l_principal = model[MOMENTS : MOMENTS + 3] * to_principal(model, wx, wy, wz)
+    flat[L : L + 3], flat[LOW + L : LOW + L + 3] = _turned_precisely(flat[Q : Q + 4].tolist(), l_principal.tolist())
+    if not np.isfinite(flat).all():
+        raise ValueError(
+            f"{state!r} puts the centre of mass or a momentum beyond the range of floats; "
+            "give a smaller position, smaller velocities, mass or inertia"
+        )
+    return flat
+
+
+def _turned_precisely(q: list[float], v: list[float]) -> tuple[list[float], list[float]]:
+    """R v of a quaternion of unit length but for round-off: the nearest floats, and their low-order parts."""
+    (w, x, y, z), (a, b, c) = q, v
+    qq, qql, *turned = xrotate_back(w, 0.0, -x, 0.0, -y, 0.0, -z, 0.0, a, 0.0, b, 0.0, c, 0.0)
+    pairs = [xunscale(turned[i], turned[i + 1], qq, qql) for i in (0, 2, 4)]
+    return [high for high, _ in pairs], [low for _, low in pairs]
