@@ -1,39 +1,70 @@
 """What an integrator is: a kernel and the facts about it that documentation, parameters and tests are derived from."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 
-from ..kernels.compiled import Steps
+from ..kernels.arrays import Floats
+from ..kernels.compiled import Steps, kernel
+from ..kernels.state import SIZE, copy, is_finite
+from ..kernels.wrench import reduce_wrench
 from ..values.wrench import Wrench
+
+Step = Callable[[Floats, Floats, Floats, float], bool]
+Advance = Callable[[Step, Floats, Floats, Floats, float, int], int]
+
+BACKUP = 0  # in ``work``: the state before the step
+SCRATCH = SIZE  # in ``work``: where what is an integrator's own begins
+
+
+@kernel
+def advance(step: Step, state: Floats, model: Floats, work: Floats, h: float, n: int) -> int:
+    """Up to n steps of h [s]; how many were done. A step that cannot be done leaves the state as it was before it."""
+    reduce_wrench(model)
+    for done in range(n):
+        copy(state, 0, work, BACKUP)
+        if not (step(state, model, work, h) and is_finite(state, model)):
+            copy(work, BACKUP, state, 0)
+            return done
+    return n
 
 
 @dataclass(frozen=True)
 class Integrator:
     """Descriptor of one integrator.
 
-    ``steps(state, model, work, h, n)`` is a kernel that advances the flat state (see kernels.state) in place by up to n
-    steps of h [s] under the wrench held in ``model`` (see kernels.model) and returns how many steps it did. A step
-    that cannot be done, because the new state would not be finite or would need too much work, leaves the state as it
-    was before that step. It is a pure function of its arguments: ``work`` is scratch space of ``work_size`` floats that
-    carries nothing over.
+    ``step(state, model, work, h)`` is a kernel that advances the flat state (see kernels.state) in place by h [s] under
+    the wrench held in ``model`` (see kernels.model). It returns False for a step that would need too much work; such a
+    one, and one whose new state is not finite, ``advance`` takes back. It is a pure function of its arguments: ``work``
+    is scratch space of ``work_size`` floats, its own from SCRATCH on, that carries nothing over.
 
-    Each file has the few lines of this loop itself: made from a step by a function here it would be a closure, which
-    numba compiles anew in every process instead of finding it in the cache.
-
-    With ``one_evaluation``, n steps are one evaluation over n h: a caller that always starts from the state at which
-    the wrench last changed accumulates no error, and gets the same bits however the steps are divided into calls.
+    With ``one_evaluation``, n steps are one evaluation over n h, by an ``advance`` of its own: a caller that always
+    starts from the state at which the wrench last changed accumulates no error, and gets the same bits however the
+    steps are divided into calls.
     """
 
     name: str
     order: int | None  # None: chosen in each step such that round-off sets the error
     explicit: bool
-    steps: Steps
+    step: Step
     work_size: int
     text: str
     reversible: bool = False  # with all momenta turned round, it goes back the way that it came, to round-off
     torque_free_only: bool = False  # needs a wrench that neither turns the body nor turns with it: see ``refusal``
     one_evaluation: bool = False
+    advance: Advance = advance
     resisted: bool = False  # whether it takes drag and tethers into account
     adaptive: bool = False  # whether it keeps its error below rtol inside each step
+
+    @cached_property
+    def steps(self) -> Steps:
+        """Kernel ``steps(state, model, work, h, n)``: up to n steps of h [s], and how many were done."""
+        advance, step = self.advance, self.step
+
+        def steps(state: Floats, model: Floats, work: Floats, h: float, n: int) -> int:
+            return advance(step, state, model, work, h, n)
+
+        return steps
 
     def refusal(self, wrench: Wrench) -> str:
         """Why this integrator cannot be given ``wrench``, as a sentence; empty when it can."""

@@ -10,9 +10,8 @@ import math
 
 from ..kernels.arrays import Floats
 from ..kernels.compiled import kernel, table
-from ..kernels.state import LOW, SIZE, copy, is_finite
-from ..kernels.wrench import reduce_wrench
-from .base import Integrator
+from ..kernels.state import LOW
+from .base import SCRATCH, Integrator
 from .substep import (
     SHORTEST,
     SMALLEST_SHARE,
@@ -141,8 +140,7 @@ _B_ROW = STAGES * len(A)
 _ERROR_3_ROW = _B_ROW + STAGES
 _ERROR_5_ROW = _ERROR_3_ROW + STAGES
 
-_BACKUP = 0  # the state before the step, 26
-_K = SIZE  # slopes, 12 x 12
+_K = SCRATCH  # slopes, 12 x 12
 _Z = _K + STAGES * UNKNOWNS  # argument of a stage, then the increments, 12
 _E = _Z + UNKNOWNS  # an error estimate, 12
 _Y = _E + UNKNOWNS  # the 13-number state of a stage
@@ -150,19 +148,7 @@ WORK_SIZE = _Y + LOW
 
 
 @kernel
-def steps(state: Floats, model: Floats, work: Floats, h: float, n: int) -> int:
-    """Advance by up to n steps of h [s]; see base.Integrator."""
-    reduce_wrench(model)
-    for done in range(n):
-        copy(state, 0, work, _BACKUP)
-        if not _step(state, model, work, h):
-            copy(work, _BACKUP, state, 0)
-            return done
-    return n
-
-
-@kernel
-def _step(state: Floats, model: Floats, work: Floats, h: float) -> bool:
+def step(state: Floats, model: Floats, work: Floats, h: float) -> bool:
     """One step in sub-steps that each keep the estimated error below their share; False when it cannot be done."""
     left, trial, growth = h, h, FASTEST_GROWTH
     _first_slope(state, model, work)
@@ -176,7 +162,7 @@ def _step(state: Floats, model: Floats, work: Floats, h: float) -> bool:
             accept(state, work, _Z)
             left -= trial
             if left <= 0.0:
-                return is_finite(state, model)
+                return True
             _first_slope(state, model, work)
         else:
             growth = SLOW_GROWTH
@@ -236,7 +222,7 @@ INTEGRATOR = Integrator(
     name="dop853",
     order=ORDER,
     explicit=True,
-    steps=steps,
+    step=step,
     work_size=WORK_SIZE,
     resisted=True,
     adaptive=True,

@@ -11,29 +11,14 @@ import math
 from ..kernels.arrays import Floats
 from ..kernels.compiled import kernel
 from ..kernels.model import MASS, rates_principal
-from ..kernels.state import SIZE, L, P, Q, X, add_to_attitude, copy, is_finite
+from ..kernels.state import L, P, Q, X, add_to_attitude
 from ..kernels.vectors import qmultiply, qrotate
-from ..kernels.wrench import force_world, reduce_wrench, torque_principal
-from .base import Integrator
-
-WORK_SIZE = SIZE  # the state before the step
+from ..kernels.wrench import force_world, torque_principal
+from .base import SCRATCH, Integrator
 
 
 @kernel
-def steps(state: Floats, model: Floats, work: Floats, h: float, n: int) -> int:
-    """Advance by up to n steps of h [s]; see base.Integrator."""
-    reduce_wrench(model)
-    for done in range(n):
-        copy(state, 0, work, 0)
-        _step(state, model, h)
-        if not is_finite(state, model):
-            copy(work, 0, state, 0)
-            return done
-    return n
-
-
-@kernel
-def _step(state: Floats, model: Floats, h: float) -> None:
+def step(state: Floats, model: Floats, work: Floats, h: float) -> bool:
     """All four unknowns from their rates at the start of the step."""
     qw, qx, qy, qz = state[Q], state[Q + 1], state[Q + 2], state[Q + 3]
     wx, wy, wz = rates_principal(model, qw, qx, qy, qz, state[L], state[L + 1], state[L + 2])
@@ -49,14 +34,15 @@ def _step(state: Floats, model: Floats, h: float) -> None:
     t = 1.0 / (1.0 + math.sqrt(1.0 + (ax * ax + ay * ay + az * az)))
     dw, dx, dy, dz = qmultiply(qw, qx, qy, qz, 0.0, t * ax, t * ay, t * az)
     add_to_attitude(state, dw, dx, dy, dz)
+    return True
 
 
 INTEGRATOR = Integrator(
     name="matrix_euler",
     order=1,
     explicit=True,
-    steps=steps,
-    work_size=WORK_SIZE,
+    step=step,
+    work_size=SCRATCH,
     text=(
         "Explicit Euler for a rotation matrix, re-orthonormalised after each step: the method that the theory chapter "
         "warns of. First order, and it gains energy."

@@ -6,32 +6,18 @@ The wrench is evaluated where the body is at each stage, so a body-axes wrench t
 from ..kernels.arrays import Floats
 from ..kernels.compiled import kernel
 from ..kernels.motion import derivative
-from ..kernels.state import LOW, SIZE, Q, add_to_attitude, copy, is_finite
-from ..kernels.wrench import reduce_wrench
-from .base import Integrator
+from ..kernels.state import LOW, Q, add_to_attitude
+from .base import SCRATCH, Integrator
 
-_STAGE = 0  # the state at the current stage, 13
-_SLOPE = LOW  # its derivative, 13
-_SUM = 2 * LOW  # weighted sum of the derivatives, 13
-_BACKUP = 3 * LOW  # the state before the step
-WORK_SIZE = _BACKUP + SIZE
+_STAGE = SCRATCH  # the state at the current stage, 13
+_SLOPE = SCRATCH + LOW  # its derivative, 13
+_SUM = SCRATCH + 2 * LOW  # weighted sum of the derivatives, 13
+WORK_SIZE = SCRATCH + 3 * LOW
 
 
 @kernel
-def steps(state: Floats, model: Floats, work: Floats, h: float, n: int) -> int:
-    """Advance by up to n steps of h [s]; see base.Integrator."""
-    reduce_wrench(model)
-    for done in range(n):
-        copy(state, 0, work, _BACKUP)
-        _step(state, model, work, h)
-        if not is_finite(state, model):
-            copy(work, _BACKUP, state, 0)
-            return done
-    return n
-
-
-@kernel
-def _step(state: Floats, model: Floats, work: Floats, h: float) -> None:
+def step(state: Floats, model: Floats, work: Floats, h: float) -> bool:
+    """Advance by h [s]; see base.Integrator."""
     for i in range(LOW):
         work[_STAGE + i] = state[i]
         work[_SUM + i] = 0.0
@@ -47,13 +33,14 @@ def _step(state: Floats, model: Floats, work: Floats, h: float) -> None:
             state[i] += work[_SUM + i]
     q = _SUM + Q
     add_to_attitude(state, work[q], work[q + 1], work[q + 2], work[q + 3])
+    return True
 
 
 INTEGRATOR = Integrator(
     name="rk4",
     order=4,
     explicit=True,
-    steps=steps,
+    step=step,
     work_size=WORK_SIZE,
     resisted=True,
     text="Classical Runge-Kutta of order 4, quaternion normalised, for comparison: its error depends on the rate.",

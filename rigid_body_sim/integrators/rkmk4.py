@@ -10,34 +10,21 @@ import math
 from ..kernels.arrays import Floats
 from ..kernels.compiled import kernel
 from ..kernels.model import MASS, rates_principal
-from ..kernels.state import SIZE, L, P, Q, X, add_to_attitude, copy, is_finite
+from ..kernels.state import L, P, Q, X, add_to_attitude
 from ..kernels.vectors import cross, qmultiply, qrotate
-from ..kernels.wrench import force_world, reduce_wrench, torque_principal
-from .base import Integrator
+from ..kernels.wrench import force_world, torque_principal
+from .base import SCRATCH, Integrator
 
 _X, _TURN, _P, _L, _UNKNOWNS = 0, 3, 6, 9, 12  # unknowns of a step: x, θ, P, L
-_STAGE = 0
-_SLOPE = _UNKNOWNS
-_SUM = 2 * _UNKNOWNS
-_BACKUP = 3 * _UNKNOWNS  # the state before the step
-WORK_SIZE = _BACKUP + SIZE
+_STAGE = SCRATCH
+_SLOPE = SCRATCH + _UNKNOWNS
+_SUM = SCRATCH + 2 * _UNKNOWNS
+WORK_SIZE = SCRATCH + 3 * _UNKNOWNS
 
 
 @kernel
-def steps(state: Floats, model: Floats, work: Floats, h: float, n: int) -> int:
-    """Advance by up to n steps of h [s]; see base.Integrator."""
-    reduce_wrench(model)
-    for done in range(n):
-        copy(state, 0, work, _BACKUP)
-        _step(state, model, work, h)
-        if not is_finite(state, model):
-            copy(work, _BACKUP, state, 0)
-            return done
-    return n
-
-
-@kernel
-def _step(state: Floats, model: Floats, work: Floats, h: float) -> None:
+def step(state: Floats, model: Floats, work: Floats, h: float) -> bool:
+    """Advance by h [s]; see base.Integrator."""
     for i in range(_UNKNOWNS):
         work[_SUM + i] = 0.0
         work[_SLOPE + i] = 0.0
@@ -60,6 +47,7 @@ def _step(state: Floats, model: Floats, work: Floats, h: float) -> None:
     dw, dx, dy, dz = exponential_minus_one(work[t], work[t + 1], work[t + 2])
     dw, dx, dy, dz = qmultiply(state[Q], state[Q + 1], state[Q + 2], state[Q + 3], dw, dx, dy, dz)
     add_to_attitude(state, dw, dx, dy, dz)
+    return True
 
 
 @kernel
@@ -96,7 +84,7 @@ INTEGRATOR = Integrator(
     name="rkmk4",
     order=4,
     explicit=True,
-    steps=steps,
+    step=step,
     work_size=WORK_SIZE,
     text=(
         "Runge-Kutta-Munthe-Kaas of order 4 on the rotation group: every stage has an attitude that is a rotation. "

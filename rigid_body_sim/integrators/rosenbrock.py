@@ -14,10 +14,9 @@ from ..kernels.compiled import kernel, table
 from ..kernels.model import MASS, MOMENTS, N_TETHERS, TETHERS_AT, rates_principal
 from ..kernels.motion import body_attitude, jacobian
 from ..kernels.resistance import TETHER_SIZE, tether_direction
-from ..kernels.state import LOW, SIZE, Q, X, copy, is_finite
+from ..kernels.state import LOW, Q, X
 from ..kernels.vectors import cross, qrotate, qrotate_back
-from ..kernels.wrench import reduce_wrench
-from .base import Integrator
+from .base import SCRATCH, Integrator
 from .substep import (
     SHORTEST,
     SMALLEST_SHARE,
@@ -60,8 +59,7 @@ _C = table(
     _STAGES,
 )
 
-_BACKUP = 0  # the state before the step, 26
-_JACOBIAN = SIZE  # J at the beginning of the sub-step, 12 rows of 12
+_JACOBIAN = SCRATCH  # J at the beginning of the sub-step, 12 rows of 12
 _SLOPE = _JACOBIAN + UNKNOWNS * UNKNOWNS  # slope there, 12
 _TURNED = _SLOPE + UNKNOWNS  # T = (1/(γ h) − J_θθ)⁻¹, 3 rows of 3
 _FED = _TURNED + 9  # J_Pθ T, 6 rows of 3
@@ -76,19 +74,7 @@ _LAST = _U + UNKNOWNS * (_STAGES - 1)
 
 
 @kernel
-def steps(state: Floats, model: Floats, work: Floats, h: float, n: int) -> int:
-    """Advance by up to n steps of h [s]; see base.Integrator."""
-    reduce_wrench(model)
-    for done in range(n):
-        copy(state, 0, work, _BACKUP)
-        if not _step(state, model, work, h):
-            copy(work, _BACKUP, state, 0)
-            return done
-    return n
-
-
-@kernel
-def _step(state: Floats, model: Floats, work: Floats, h: float) -> bool:
+def step(state: Floats, model: Floats, work: Floats, h: float) -> bool:
     """One step in sub-steps that each keep the estimated error below their share; False when it cannot be done."""
     _linearise(state, model, work)
     left, trial = h, _first_size(state, model, work, h)
@@ -104,7 +90,7 @@ def _step(state: Floats, model: Floats, work: Floats, h: float) -> bool:
             accept(state, work, _Z)
             left -= trial
             if left <= 0.0:
-                return is_finite(state, model)
+                return True
             _linearise(state, model, work)
         trial = next_size(trial, error, ORDER, FASTEST_GROWTH)
         if trial < 0.1 * SHORTEST * h or is_hopeless(h - left, h, tried, MOST_SUBSTEPS):
@@ -326,7 +312,7 @@ INTEGRATOR = Integrator(
     name="rosenbrock",
     order=ORDER,
     explicit=False,
-    steps=steps,
+    step=step,
     work_size=WORK_SIZE,
     resisted=True,
     adaptive=True,

@@ -4,29 +4,14 @@ from ..kernels.arrays import Floats
 from ..kernels.compiled import kernel
 from ..kernels.model import MASS, rates_principal
 from ..kernels.motion import loads
-from ..kernels.state import SIZE, L, P, Q, X, add_to_attitude, copy, is_finite
+from ..kernels.state import L, P, Q, X, add_to_attitude
 from ..kernels.vectors import qmultiply
-from ..kernels.wrench import reduce_wrench
-from .base import Integrator
-
-WORK_SIZE = SIZE  # the state before the step
+from .base import SCRATCH, Integrator
 
 
 @kernel
-def steps(state: Floats, model: Floats, work: Floats, h: float, n: int) -> int:
-    """Advance by up to n steps of h [s]; see base.Integrator."""
-    reduce_wrench(model)
-    for done in range(n):
-        copy(state, 0, work, 0)
-        _step(state, model, h)
-        if not is_finite(state, model):
-            copy(work, 0, state, 0)
-            return done
-    return n
-
-
-@kernel
-def _step(state: Floats, model: Floats, h: float) -> None:
+def step(state: Floats, model: Floats, work: Floats, h: float) -> bool:
+    """Advance by h [s]; see base.Integrator."""
     qw, qx, qy, qz = state[Q], state[Q + 1], state[Q + 2], state[Q + 3]
     fx, fy, fz, tx, ty, tz = loads(model, state, 0, qw, qx, qy, qz)
     state[P], state[P + 1], state[P + 2] = state[P] + h * fx, state[P + 1] + h * fy, state[P + 2] + h * fz
@@ -37,14 +22,15 @@ def _step(state: Floats, model: Floats, h: float) -> None:
     half = 0.5 * h
     dw, dx, dy, dz = qmultiply(qw, qx, qy, qz, 0.0, half * wx, half * wy, half * wz)
     add_to_attitude(state, dw, dx, dy, dz)
+    return True
 
 
 INTEGRATOR = Integrator(
     name="semi_implicit_euler",
     order=1,
     explicit=True,
-    steps=steps,
-    work_size=WORK_SIZE,
+    step=step,
+    work_size=SCRATCH,
     resisted=True,
     text="Semi-implicit Euler with a normalised quaternion, as in game engines, for comparison: first order.",
 )

@@ -12,53 +12,35 @@ import math
 from ..kernels.arrays import Floats
 from ..kernels.compiled import kernel
 from ..kernels.model import MASS, MOMENTS
-from ..kernels.state import SIZE, L, P, Q, X, add_compensated, add_to_attitude, copy, is_finite
+from ..kernels.state import L, P, Q, X, add_compensated, add_to_attitude
 from ..kernels.vectors import qmultiply, qrotate, qrotate_back
-from ..kernels.wrench import force_world, reduce_wrench, torque_principal
-from .base import Integrator
+from ..kernels.wrench import force_world, torque_principal
+from .base import SCRATCH, Integrator
 
 _OUTER = 1.0 / (4.0 - 4.0 ** (1.0 / 3.0))  # Suzuki's step, taken twice before and twice after the one in the middle
 _INNER = 1.0 - 4.0 * _OUTER
-_BODY_L = 0  # angular momentum in principal axes, 3
-_ATTITUDE = 3  # quaternion, 4
-_BACKUP = 7  # the state before the step
-WORK_SIZE = _BACKUP + SIZE
+_BODY_L = SCRATCH  # angular momentum in principal axes, 3
+_ATTITUDE = SCRATCH + 3  # quaternion, 4
+WORK_SIZE = SCRATCH + 7
 
 
 @kernel
-def steps(state: Floats, model: Floats, work: Floats, h: float, n: int) -> int:
-    """Advance by up to n steps of h [s] of order 2; see base.Integrator."""
-    reduce_wrench(model)
-    for done in range(n):
-        copy(state, 0, work, _BACKUP)
-        _step(state, model, work, h)
-        if not is_finite(state, model):
-            copy(work, _BACKUP, state, 0)
-            return done
-    return n
-
-
-@kernel
-def steps4(state: Floats, model: Floats, work: Floats, h: float, n: int) -> int:
-    """Advance by up to n steps of h [s] of order 4; see base.Integrator."""
-    reduce_wrench(model)
-    for done in range(n):
-        copy(state, 0, work, _BACKUP)
-        for stage in range(5):
-            _step(state, model, work, (_INNER if stage == 2 else _OUTER) * h)
-        if not is_finite(state, model):
-            copy(work, _BACKUP, state, 0)
-            return done
-    return n
-
-
-@kernel
-def _step(state: Floats, model: Floats, work: Floats, h: float) -> None:
+def step(state: Floats, model: Floats, work: Floats, h: float) -> bool:
+    """Advance by h [s]; see base.Integrator."""
     _kick(state, model, 0.5 * h)
     for i in range(3):
         add_compensated(state, X + i, h * state[P + i] / model[MASS])
     _turn(state, model, work, h)
     _kick(state, model, 0.5 * h)
+    return True
+
+
+@kernel
+def step4(state: Floats, model: Floats, work: Floats, h: float) -> bool:
+    """Advance by h [s], order 4; see base.Integrator."""
+    for stage in range(5):
+        step(state, model, work, (_INNER if stage == 2 else _OUTER) * h)
+    return True
 
 
 @kernel
@@ -115,7 +97,7 @@ INTEGRATOR = Integrator(
     name="splitting",
     order=2,
     explicit=True,
-    steps=steps,
+    step=step,
     work_size=WORK_SIZE,
     reversible=True,
     text=(
@@ -127,7 +109,7 @@ INTEGRATOR4 = Integrator(
     name="splitting4",
     order=4,
     explicit=True,
-    steps=steps4,
+    step=step4,
     work_size=WORK_SIZE,
     reversible=True,
     text="Five steps of `splitting` composed to order 4 (Suzuki), with the same properties. For comparison.",

@@ -39,27 +39,49 @@ def sources_digest() -> str:
     return digest.hexdigest()[:16]
 
 
-Steps = Callable[[Floats, Floats, Floats, float, int], int]  # an integrator's kernel: see integrators.base
+Steps = Callable[[Floats, Floats, Floats, float, int], int]  # what advances a state: see integrators.base
 
 # Kernels create no arrays, so numba need not count references to them: without `_nrt` it does so at every inner call,
 # which made a step 1.6 times slower. Python's and numpy's rules of arithmetic are kept: no fast-math, so results are
 # the same bits.
-_OPTIONS = {"nogil": True, "error_model": "numpy", "forceinline": True, "_nrt": False}
+_OPTIONS = {"nogil": True, "error_model": "numpy", "_nrt": False, "no_cfunc_wrapper": True}
+_INNER_OPTIONS = {**_OPTIONS, "forceinline": True, "no_cpython_wrapper": True}
 
 # What was compiled knows the paths of its sources: another installation has a folder of its own.
 _PLACE = hashlib.sha256(__file__.encode()).hexdigest()[:8]
 FOLDER, NO_FOLDER = kernel_cache.choose(f"kernels-{sources_digest()}-{_PLACE}") if ENABLED else (None, "")
 
+_inner: dict[str, Any] = {}  # by identity, what numba makes of each kernel
+
 
 def kernel(function: _Kernel) -> _Kernel:
-    """Decorate a kernel: compiled on first use with numba, unchanged without."""
-    if not ENABLED:
-        return function
-    compiled: Any = numba.njit(**_OPTIONS)(function)
+    """Decorate a kernel. From Python it is the function that it was; in a kernel that is compiled it is compiled, too.
+
+    No call from Python can reach what numba makes of it, so that needs no wrapper, and no place in the cache: it lies
+    there as part of what was made ``ready``.
+    """
+    if ENABLED:
+        dispatcher: Any = numba.njit(**_INNER_OPTIONS)(function)
+        typed = dispatcher.get_call_template
+        # A kernel is not compiled once more for each number that stands in a call of it.
+        dispatcher.get_call_template = lambda args, kws: typed(tuple(map(numba.types.unliteral, args)), kws)
+        function._numba_type_ = dispatcher._numba_type_  # type: ignore[attr-defined]  # where numba looks
+        _inner[kernel_cache.identity(function)] = dispatcher
+    return function
+
+
+def compilations() -> dict[str, int]:
+    """How often each kernel was compiled in this process, as part of whatever was made ready."""
+    return {name: len(dispatcher.overloads) for name, dispatcher in _inner.items() if dispatcher.overloads}
+
+
+@cache
+def _entry(function: Callable[..., Any]) -> Any:
+    """What numba makes of a kernel that Python calls."""
+    dispatcher: Any = numba.njit(**_OPTIONS)(function)
     # Where ``cache=True`` has numba's own, which trusts what it finds.
-    compiled._cache = kernel_cache.KernelCache(function, FOLDER, NO_FOLDER)
-    result: _Kernel = compiled
-    return result
+    dispatcher._cache = kernel_cache.KernelCache(function, FOLDER, NO_FOLDER)
+    return dispatcher
 
 
 def table(rows: Sequence[Sequence[float]], width: int) -> Vector:
@@ -80,8 +102,8 @@ def ready(function: Callable[..., _Result], *examples: object) -> Callable[..., 
     """
     if not ENABLED:
         return lambda *arguments: function(*(a.data if isinstance(a, np.ndarray) else a for a in arguments))
-    signature = tuple(numba.typeof(example) for example in examples)
-    dispatcher: Any = function  # what numba made of it
+    signature = tuple(map(numba.typeof, examples))
+    dispatcher = _entry(function)
     dispatcher.compile(signature)
     entry: Callable[..., _Result] = dispatcher.overloads[signature].entry_point
     return entry
@@ -109,6 +131,10 @@ def _refuse_what_raises(run: Steps, state: Floats, model: Floats, work: Floats, 
     return first + (_refuse_what_raises(run, state, model, work, h, n - first) if first == n // 2 else 0)
 
 
-def is_cached(function: Any) -> bool:
-    """Whether ``ready`` will find compiled code for ``function`` (or needs none), so that it takes no time."""
-    return not ENABLED or function._cache.has_any()
+def is_cached(function: Callable[..., Any], *examples: object) -> bool:
+    """Whether ``ready`` will find compiled code for these (or needs none), so that it takes no time."""
+    if not ENABLED:
+        return True
+    dispatcher, signature = _entry(function), tuple(map(numba.typeof, examples))
+    has: bool = dispatcher._cache.has(signature, dispatcher.targetctx.codegen())
+    return has or signature in dispatcher.overloads

@@ -100,6 +100,18 @@ def _make(folder: Path) -> None:
         place.mkdir(mode=0o700, exist_ok=True)
 
 
+def identity(function: Any) -> str:
+    """A name of a function that is the same in every process: with those of the kernels over which it is a closure."""
+    closed = [cell.cell_contents for cell in function.__closure__ or ()]
+    return f"{function.__module__}.{function.__qualname__}{_names(closed) if closed else ''}"
+
+
+def _names(value: Any) -> str:
+    if isinstance(value, list | tuple):
+        return f"({', '.join(map(_names, value))})"
+    return identity(value) if callable(value) else repr(value)
+
+
 class KernelCache:
     """The compiled forms of one kernel, as numba's dispatcher asks for them: one file for each types of arguments.
 
@@ -111,17 +123,16 @@ class KernelCache:
 
     def __init__(self, function: Any, folder: Path | None, why_not: str = ""):
         self._function, self._folder, self._why_not = function, folder, why_not
-        code = function.__code__
-        self.prefix = f"{Path(code.co_filename).parent.name}.{Path(code.co_filename).stem}.{function.__name__}-"
+        self._prefix = f"{function.__module__.removeprefix('rigid_body_sim.')}.{function.__name__}-"
 
     @property
     def cache_path(self) -> str:
         """As the statistics of numba's dispatcher show it."""
         return str(self._folder or "")
 
-    def has_any(self) -> bool:
-        """Whether something is kept of this kernel, for whatever types."""
-        return self._folder is not None and any(self._folder.glob(f"{self.prefix}*"))
+    def has(self, signature: Any, codegen: Any) -> bool:
+        """Whether a file is kept of this kernel for the types of ``signature``."""
+        return self._folder is not None and self._path(signature, codegen).exists()
 
     def load_overload(self, signature: Any, context: Any) -> Any:
         """What numba compiled for the signature, or None."""
@@ -162,9 +173,10 @@ class KernelCache:
         import numba
 
         code = self._function.__code__
-        key = repr((signature, codegen.magic_tuple(), sys.version, numba.__version__, code.co_firstlineno))
+        about = codegen.magic_tuple(), sys.version, numba.__version__, code.co_firstlineno
+        key = repr((identity(self._function), signature, *about))
         name = _digest(key.encode() + code.co_code).hex()[:24]
-        return Path(self._folder or "", f"{self.prefix}{name}.nbc")
+        return Path(self._folder or "", f"{self._prefix}{name}.nbc")
 
     def _tell(self, kind: str, text: str) -> None:
         if kind not in self._told:
