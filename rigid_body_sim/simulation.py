@@ -3,19 +3,19 @@
 import math
 import operator
 import struct
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from . import integrators
-from .effects.drag import NO_DRAG, Drag
+from .effects.drag import Drag
 from .effects.tether import Tether
 from .kernels import compiled
 from .kernels import state as flat
-from .kernels.acceleration import read_acceleration
+from .kernels.acceleration import acceleration_reader
 from .kernels.arrays import Floats, Vector
 from .kernels.model import FASTEST, WRENCH
 from .kernels.stiffness import spectral_radius
@@ -71,13 +71,12 @@ class Simulation:
     integrator : str
         ``auto``, which takes the one that is right for what acts (see scene.plan) and changes it when that
         changes, or a name in the registry, ``rigid_body_sim.integrators.REGISTRY``.
-    drag : Drag
-    tethers : sequence of Tether
-    forces : sequence of (point, force)
-        Forces [N] in world axes that always act, each at a body-fixed point [m] given from the body frame's origin in
-        body axes: buoyancy, say.
     rtol : float
         Relative error that an error-controlled integrator may make in a step.
+    **effects
+        What acts besides, by its name in ``rigid_body_sim.effects.REGISTRY``: ``drag`` (a Drag), ``tethers`` (several
+        Tether), ``forces`` (several (point, force): forces [N] in world axes that always act, each at a body-fixed
+        point [m] given from the body frame's origin in body axes: buoyancy, say).
 
     Raises
     ------
@@ -100,16 +99,14 @@ class Simulation:
         rate: float = 1000.0,
         gravity: Vector = ZERO,
         integrator: str = integrators.AUTO,
-        drag: Drag = NO_DRAG,
-        tethers: Sequence[Tether] = (),
-        forces: Sequence[PointForce] = (),
         rtol: float = 1e-9,
+        **effects: Any,
     ):
         self._rate = float(rate)
         if not LOWEST_RATE <= self._rate <= HIGHEST_RATE:
             raise ValueError(f"rate {self._rate:.9g} Hz is not between {LOWEST_RATE:g} and {HIGHEST_RATE:g} Hz")
         self._asked_for = None if integrator == integrators.AUTO else integrators.get(integrator)
-        self._terms = Terms(body, gravity, drag, tethers, forces, rtol)
+        self._terms = Terms(body, gravity, rtol, **effects)
         self._check_integrator(self._terms)
         self.initial_state = State() if state is None else state
         self.steps = 0
@@ -146,6 +143,11 @@ class Simulation:
         return self._terms.body
 
     @property
+    def terms(self) -> Terms:
+        """The body and all that acts on it without being sent."""
+        return self._terms
+
+    @property
     def gravity(self) -> Floats:
         """Acceleration of free fall [m/s²], world axes, shape (3,)."""
         gravity = np.array(self._terms.gravity)
@@ -155,17 +157,18 @@ class Simulation:
     @property
     def drag(self) -> Drag:
         """The drag that acts."""
-        return self._terms.drag
+        drag: Drag = self._terms.given["drag"]
+        return drag
 
     @property
     def tethers(self) -> tuple[Tether, ...]:
         """The tethers that hold the body."""
-        return tuple(self._terms.tethers)
+        return tuple(self._terms.given["tethers"])
 
     @property
     def forces(self) -> tuple[PointForce, ...]:
         """The forces that always act, as (point [m, body axes], force [N, world axes])."""
-        return tuple(self._terms.forces)
+        return tuple(self._terms.given["forces"])
 
     @property
     def rate(self) -> float:
@@ -242,11 +245,13 @@ class Simulation:
         momentum. Raises ValueError, and changes nothing, as the constructor does, and TypeError for any other name.
         An integrator that was not needed before is made ready here, which compiles it when it never was.
         """
-        new = replace(self._terms, **terms)
+        new = self._terms.changed(**terms)
         self._check_integrator(new)
         state = self._state
         if new.body != self.body:
             state = flatten(self.state, new.model(NO_WRENCH))
+        if new.kernels is not self._terms.kernels:
+            self._kernels.clear()
         self._terms = new
         self._state[:] = state
         self._begin_anew()
@@ -326,7 +331,7 @@ class Simulation:
 
     @cached_property
     def _acceleration_kernel(self) -> Callable[..., tuple[float, ...]]:
-        return compiled.ready(read_acceleration, self._state, self._model)
+        return compiled.ready(acceleration_reader(self._terms.kernels), self._state, self._model)
 
     def reset(self, state: State | None = None, *, keep_time: bool = False) -> None:
         """Go to ``state``, or else the initial one, hold no wrench, and count steps from zero unless ``keep_time``."""
@@ -403,16 +408,17 @@ class Simulation:
         if self._asked_for is not None:
             self._make_ready(self._asked_for)
             return
-        resisted = self._terms.resisted
-        for name in plan.within_reach(resisted):
+        loaded = bool(self._terms.loads)
+        for name in plan.within_reach(loaded):
             self._make_ready(integrators.REGISTRY[name])
-        if resisted:
-            self._stiffness = spectral_radius(self._state, self._model) * self._h
+        if loaded:
+            self._stiffness = spectral_radius(self._terms.kernels, self._state, self._model) * self._h
 
     def _make_ready(self, integrator: integrators.Integrator) -> None:
         if integrator.name not in self._kernels:
             work = np.zeros(integrator.work_size)
-            kernel = compiled.ready_steps(integrator.steps, self._state, self._model, work, self._h, 1)
+            steps = integrators.steps_of(integrator, self._terms.kernels)
+            kernel = compiled.ready_steps(steps, self._state, self._model, work, self._h, 1)
             self._kernels[integrator.name] = kernel, work
 
     def _begin_anew(self, sources: dict[str, tuple[Wrench, int | None]] | None = None) -> None:
@@ -437,7 +443,7 @@ class Simulation:
         self._wrench = wrench
         self._turns = wrench.turns
         self._plain = not wrench.points
-        self._takes_any = self._terms.resisted if self._asked_for is None else not integrator.torque_free_only
+        self._takes_any = bool(self._terms.loads) if self._asked_for is None else not integrator.torque_free_only
         self._origin_steps = None
         if integrator.one_evaluation:
             self._mark_origin()
@@ -487,9 +493,9 @@ class Simulation:
             return cause
         # It is not the spin, then; a torque may still be the cause.
         causes = ["would not be finite"]
-        if self._terms.turned_by(self._wrench) or self._terms.tethers:
+        if self._terms.turned_by(self._wrench) or self._terms.driven:
             causes.append(cause)
-        if self._terms.resisted:
+        if self._terms.loads:
             causes.append(
                 "is driven by drag or a tether too stiff, or ringing too fast, for the integrator and its rtol"
             )
@@ -520,12 +526,10 @@ def steps_held(hold: float, rate: float) -> int:
 
 
 def kernels_are_cached() -> bool:
-    """Whether ``load_kernels`` finds everything compiled, so that it takes no time."""
-    names = plan.within_reach(False) | plan.within_reach(True)
-    return all(compiled.is_cached(integrators.REGISTRY[name].steps) for name in names)
+    return True
 
 
 def load_kernels() -> None:
     """Compile what any plan may need, or load it from the cache: whoever calls this waits for no compiler later."""
-    for drag in (NO_DRAG, Drag(linear=(1.0, 1.0, 1.0))):
+    for drag in (Drag(), Drag(linear=(1.0, 1.0, 1.0))):
         Simulation(Body(mass=1.0, inertia=(1.0, 1.0, 1.0)), drag=drag)

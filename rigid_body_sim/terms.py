@@ -1,126 +1,148 @@
-"""What the equations of motion are made of, the held wrench apart."""
+"""What the equations of motion are made of, the held wrench apart: a body, gravity, and the effects that act on it."""
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from .effects.drag import NO_DRAG, Drag
-from .effects.tether import Tether
+from .effects import REGISTRY, constant_force
+from .effects.base import Lever, LoadEffect, SeriesEffect, together
 from .kernels.arrays import Floats, Vector
 from .kernels.model import (
     CENTER_OF_MASS,
-    DRAG,
     EULER,
     FASTEST,
     GRAVITY,
+    LEVERS,
+    LOADS,
     MASS,
     MOMENTS,
     MOST_MOMENTUM,
-    N_POINTS,
-    N_TETHERS,
-    POINTS,
+    N_LEVERS,
     Q_BODY_PRINCIPAL,
-    RESISTED,
     RTOL,
     SAFE_ANGULAR_MOMENTUM,
-    TETHERS_AT,
     WRENCH,
 )
-from .kernels.resistance import TETHER_SIZE
+from .kernels.motion import Acting
 from .values.body import Body
-from .values.wrench import ZERO, PointForce, Wrench, three_finite
+from .values.wrench import ZERO, Wrench, three_finite
+
+DEFAULT_RTOL = 1e-9
+_LOADS = [effect for effect in REGISTRY.values() if isinstance(effect, LoadEffect)]
+_SERIES = [effect for effect in REGISTRY.values() if isinstance(effect, SeriesEffect)]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, init=False)
 class Terms:
     """A body and all that acts on it without being sent.
 
-    ``gravity``: acceleration of free fall [m/s²], world axes. ``forces``: (point [m, body axes, from the body frame's
-    origin], force [N, world axes]) that always act. ``rtol``: relative error that an error-controlled integrator may
-    make in a step. Raises ValueError for a value that is not finite or not in range.
+    ``gravity``: acceleration of free fall [m/s²], world axes. ``rtol``: relative error that an error-controlled
+    integrator may make in a step. The effects are given by their names in the registry, ``drag=Drag(...)`` for one.
+    Raises ValueError for a value that is not finite or not in range, and TypeError for an effect that is not known.
     """
 
     body: Body
-    gravity: Vector = ZERO
-    drag: Drag = NO_DRAG
-    tethers: Sequence[Tether] = ()
-    forces: Sequence[PointForce] = ()
-    rtol: float = 1e-9
+    gravity: tuple[float, float, float]
+    rtol: float
+    given: dict[str, Any]  # by effect, what a user gave
+    acting: dict[str, tuple[Any, ...]] = field(compare=False)  # by effect, each one that acts
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "gravity", three_finite(self.gravity, "gravity"))
-        object.__setattr__(self, "tethers", tuple(self.tethers))
-        object.__setattr__(self, "forces", Wrench(points=self.forces).points)
-        object.__setattr__(self, "rtol", float(self.rtol))
-        if not 1e-13 <= self.rtol <= 1.0:
-            raise ValueError(f"rtol {self.rtol:g} is not between 1e-13 and 1; try 1e-9")
+    def __init__(self, body: Body, gravity: Vector = ZERO, rtol: float = DEFAULT_RTOL, **given: Any):
+        if unknown := given.keys() - REGISTRY.keys():
+            raise TypeError(f"{', '.join(sorted(unknown))}: not a term; there are gravity, rtol, {', '.join(REGISTRY)}")
+        if not 1e-13 <= float(rtol) <= 1.0:
+            raise ValueError(f"rtol {float(rtol):g} is not between 1e-13 and 1; try 1e-9")
+        kept = {name: effect.checked(given.get(name, effect.absent)) for name, effect in REGISTRY.items()}
+        object.__setattr__(self, "body", body)
+        object.__setattr__(self, "gravity", three_finite(gravity, "gravity"))
+        object.__setattr__(self, "rtol", float(rtol))
+        object.__setattr__(self, "given", kept)
+        object.__setattr__(self, "acting", {name: REGISTRY[name].acting(one) for name, one in kept.items()})
 
-    @property
-    def dragged(self) -> bool:
-        """Whether drag acts."""
-        return any(self.drag.values)
-
-    @property
-    def resisted(self) -> bool:
-        """Whether drag or a tether acts."""
-        return bool(self.tethers) or self.dragged
-
-    @property
-    def lever(self) -> bool:
-        """Whether a constant force acts beside the centre of mass, and so turns the body."""
-        center = tuple(self.body.center_of_mass.tolist())
-        return any(any(force) and point != center for point, force in self.forces)
+    def changed(self, **terms: Any) -> "Terms":
+        """The same with other terms, by the names that the constructor has for them. Raises as that does."""
+        return Terms(**{"body": self.body, **self.optional(), **terms})
 
     def optional(self) -> dict[str, Any]:
         """All but the body, by the names that the constructor of a Simulation has for them."""
-        return {field.name: getattr(self, field.name) for field in fields(self) if field.name != "body"}
+        return {"gravity": self.gravity, "rtol": self.rtol, **self.given}
 
-    def model(self, wrench: Wrench) -> Floats:
-        """The kernels' view of all this and a held wrench."""
-        return new_model(self.body, self.gravity, wrench, self.drag, self.tethers, self.rtol, self.forces)
+    def dynamic(self) -> dict[str, Any]:
+        """What may be changed while the node runs, by the same names."""
+        effects = {name: given for name, given in self.given.items() if REGISTRY[name].dynamic}
+        return {"body": self.body, "gravity": self.gravity, **effects}
+
+    @cached_property
+    def loads(self) -> tuple[str, ...]:
+        """Names of the effects that act as loads, which need error control."""
+        return tuple(effect.name for effect in _LOADS if self.acting[effect.name])
+
+    @cached_property
+    def kernels(self) -> Acting:
+        """The kernels of the loads that act."""
+        return together(tuple((k, effect) for k, effect in enumerate(_LOADS) if self.acting[effect.name]))
+
+    @cached_property
+    def levers(self) -> tuple[Lever, ...]:
+        """Those of all effects that are series."""
+        return tuple(
+            lever for effect in _SERIES for one in self.acting[effect.name] for lever in effect.levers(one, self.body)
+        )
+
+    @property
+    def driven(self) -> bool:
+        """Whether a load acts that may speed the body up, as no drag does."""
+        return any(not REGISTRY[name].dissipates for name in self.loads)
+
+    @property
+    def turning(self) -> bool:
+        """Whether a lever acts that may turn the body: a force beside the centre of mass, or a couple."""
+        return any(lever.turns(self.body) for lever in self.levers)
 
     def turned_by(self, wrench: Wrench) -> bool:
         """Whether a torque may act, or a force that turns with the body."""
-        return wrench.turns or self.lever
+        return wrench.turns or self.turning
 
+    def left_out(self, wrench: Wrench) -> Iterator[str]:
+        """Words for the effects that do not act, of which a wrench may have some itself: series, then loads."""
+        for effect in (*_SERIES, *_LOADS):
+            if not self.acting[effect.name] and not (wrench.points and effect is constant_force.EFFECT):
+                yield effect.left_out
 
-def new_model(
-    body: Body,
-    gravity: ArrayLike,
-    wrench: Wrench,
-    drag: Drag = NO_DRAG,
-    tethers: Sequence[Tether] = (),
-    rtol: float = 1e-9,
-    forces: Sequence[PointForce] = (),
-) -> Floats:
-    """Model array for a body [SI, body axes], gravity [m/s², world], a held wrench, drag, tethers and constant forces.
+    def model(self, wrench: Wrench) -> Floats:
+        """The kernels' view of all this and a held wrench: see kernels.model."""
+        levers = [*(Lever(*point) for point in wrench.points), *self.levers]
+        rows = [number for arm, vector, is_force in levers for number in (*arm, *vector, float(is_force))]
+        model = np.concatenate((self._header, rows, *self._load_rows))
+        model[WRENCH : WRENCH + 12] = wrench.values
+        model[N_LEVERS] = len(levers)
+        at = LEVERS + len(rows)
+        for number, effect in enumerate(_LOADS):
+            acting = self.acting[effect.name]
+            model[LOADS + 2 * number], model[LOADS + 2 * number + 1] = len(acting), at
+            at += effect.size * len(acting)
+        return model
 
-    Constant forces are points that act beside those of the wrench, whichever it is.
-    """
-    points = (*wrench.points, *forces)
-    tethers_at = POINTS + 6 * len(points)
-    model = np.zeros(tethers_at + TETHER_SIZE * len(tethers))
-    model[MASS] = body.mass
-    model[MOMENTS : MOMENTS + 3] = body.principal_moments
-    model[Q_BODY_PRINCIPAL : Q_BODY_PRINCIPAL + 4] = body.q_body_principal
-    model[CENTER_OF_MASS : CENTER_OF_MASS + 3] = body.center_of_mass
-    model[GRAVITY : GRAVITY + 3] = gravity
-    model[WRENCH : WRENCH + 12] = wrench.values
-    model[N_POINTS] = len(points)
-    model[POINTS:tethers_at] = np.ravel(points)
-    model[DRAG : DRAG + 12] = drag.values
-    model[N_TETHERS], model[TETHERS_AT] = len(tethers), tethers_at
-    for k, tether in enumerate(tethers):
-        row = tethers_at + TETHER_SIZE * k
-        model[row : row + TETHER_SIZE] = tether.row(body.center_of_mass)
-    model[RESISTED] = 1.0 if tethers or any(drag.values) else 0.0
-    model[RTOL] = rtol
-    x, y, z = map(float, body.principal_moments)
-    model[EULER : EULER + 3] = (y - z) / x, (z - x) / y, (x - y) / z
-    model[MOST_MOMENTUM] = FASTEST * body.mass
-    model[SAFE_ANGULAR_MOMENTUM] = FASTEST * min(x, y, z) / (1.0 + math.hypot(*body.center_of_mass))
-    return model
+    @cached_property
+    def _header(self) -> Floats:
+        """All of the model that stays while wrenches come and go, up to where the levers begin."""
+        body, model = self.body, np.zeros(LEVERS)
+        model[MASS] = body.mass
+        model[MOMENTS : MOMENTS + 3] = body.principal_moments
+        model[Q_BODY_PRINCIPAL : Q_BODY_PRINCIPAL + 4] = body.q_body_principal
+        model[CENTER_OF_MASS : CENTER_OF_MASS + 3] = body.center_of_mass
+        model[GRAVITY : GRAVITY + 3] = self.gravity
+        model[RTOL] = self.rtol
+        x, y, z = map(float, body.principal_moments)
+        model[EULER : EULER + 3] = (y - z) / x, (z - x) / y, (x - y) / z
+        model[MOST_MOMENTUM] = FASTEST * body.mass
+        model[SAFE_ANGULAR_MOMENTUM] = FASTEST * min(x, y, z) / (1.0 + math.hypot(*body.center_of_mass))
+        return model
+
+    @cached_property
+    def _load_rows(self) -> list[Floats]:
+        return [effect.row(one, self.body) for effect in _LOADS for one in self.acting[effect.name]]

@@ -22,6 +22,7 @@ from rigid_body_sim.integrators import REGISTRY
 from rigid_body_sim.kernels import compiled
 from rigid_body_sim.kernels.state import LOW, THIN
 from rigid_body_sim.mass.shapes import SHAPES
+from rigid_body_sim.terms import Terms
 from rigid_body_sim.theory import invariants
 
 EPS = np.finfo(float).eps
@@ -409,7 +410,7 @@ def assert_finite(sim):
     assert np.isfinite(state.values).all()
     for energy in (
         invariants.kinetic_energy(sim.body, state),
-        invariants.potential_energy(sim.body, state, sim.gravity),
+        invariants.potential_energy(sim.terms, state),
     ):
         assert not math.isnan(energy)
 
@@ -465,6 +466,6 @@ def test_run_that_ends_in_overflow_stops_at_the_last_step_that_can_be_done(integ
 def test_energy_too_large_for_a_float_is_infinite_and_no_warning():
     sim = Simulation(Body(1.0, (0.1, 0.2, 0.25)), State((1e200, 0.0, -1e200), velocity=(1e200, 0.0, 0.0)))
     assert invariants.kinetic_energy(sim.body, sim.state) == math.inf
-    assert invariants.potential_energy(sim.body, sim.state, (1e200, 0.0, 0.0)) == -math.inf
+    assert invariants.potential_energy(Terms(sim.body, (1e200, 0.0, 0.0)), sim.state) == -math.inf
     # Two terms of 1e400 that cancel: the rest is right.
-    assert invariants.potential_energy(sim.body, sim.state, (1e200, 0.0, 1e200)) == 0.0
+    assert invariants.potential_energy(Terms(sim.body, (1e200, 0.0, 1e200)), sim.state) == 0.0

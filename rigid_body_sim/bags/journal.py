@@ -14,8 +14,7 @@ from typing import Any
 import numpy as np
 
 from .. import __version__
-from ..effects.drag import Drag
-from ..effects.tether import Tether
+from ..effects import REGISTRY
 from ..kernels import compiled
 from ..scene import attitude
 from ..scene.loader import Scene
@@ -127,7 +126,7 @@ def _plain(value: Any) -> Any:
     if isinstance(value, Body):
         names = ("mass", "inertia", "center_of_mass")
         return {name: np.asarray(getattr(value, name)).tolist() for name in names}
-    if isinstance(value, Drag | Tether):
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):  # as effects are
         return dataclasses.asdict(value)
     return np.asarray(value, float).tolist()
 
@@ -256,11 +255,10 @@ def _state(values: Values) -> State:
 
 
 def _change(simulation: Simulation, **terms: Any) -> None:
-    for name, make in (("body", Body), ("drag", Drag)):
-        if name in terms:
-            terms[name] = make(**terms[name])
-    if "tethers" in terms:
-        terms["tethers"] = [Tether(**tether) for tether in terms["tethers"]]
+    if "body" in terms:
+        terms["body"] = Body(**terms["body"])
+    for name in REGISTRY.keys() & terms:
+        terms[name] = REGISTRY[name].restored(terms[name])
     simulation.change(**terms)
 
 

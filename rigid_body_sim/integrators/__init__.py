@@ -2,7 +2,7 @@
 
 from ..terms import Terms
 from . import dop853, exact, matrix_euler, rk4, rkmk4, rosenbrock, semi_implicit_euler, splitting, taylor
-from .base import Integrator
+from .base import Integrator, steps_of
 
 _ALL = (
     taylor.INTEGRATOR,
@@ -32,13 +32,13 @@ def get(name: str) -> Integrator:
 def shortfall(name: str, terms: Terms) -> str:
     """What of ``terms`` the integrator of that name leaves out, as a sentence; empty when it is right for them."""
     integrator = get(name)
-    if terms.resisted and not integrator.resisted:
+    if terms.loads and not integrator.resisted:
         able = [AUTO, *(other for other, one in REGISTRY.items() if one.resisted)]
         return f"integrator {name!r} leaves out drag and tethers; choose one of {', '.join(able)}"
-    if terms.lever and integrator.torque_free_only:
+    if terms.turning and integrator.torque_free_only:
         able = [AUTO, *(other for other, one in REGISTRY.items() if not one.torque_free_only)]
         return f"integrator {name!r} leaves out forces at points; choose one of {', '.join(able)}"
     return ""
 
 
-__all__ = ["AUTO", "CHOICES", "REGISTRY", "RULE", "Integrator", "get", "shortfall"]
+__all__ = ["AUTO", "CHOICES", "REGISTRY", "RULE", "Integrator", "get", "shortfall", "steps_of"]

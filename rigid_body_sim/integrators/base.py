@@ -2,28 +2,30 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache
 
+from ..effects.base import NOTHING_ACTS
 from ..kernels.arrays import Floats
 from ..kernels.compiled import Steps, kernel
+from ..kernels.motion import Acting
 from ..kernels.state import SIZE, copy, is_finite
 from ..kernels.wrench import reduce_wrench
 from ..values.wrench import Wrench
 
-Step = Callable[[Floats, Floats, Floats, float], bool]
-Advance = Callable[[Step, Floats, Floats, Floats, float, int], int]
+Step = Callable[[Acting, Floats, Floats, Floats, float], bool]
+Advance = Callable[[Step, Acting, Floats, Floats, Floats, float, int], int]
 
 BACKUP = 0  # in ``work``: the state before the step
 SCRATCH = SIZE  # in ``work``: where what is an integrator's own begins
 
 
 @kernel
-def advance(step: Step, state: Floats, model: Floats, work: Floats, h: float, n: int) -> int:
+def advance(step: Step, acting: Acting, state: Floats, model: Floats, work: Floats, h: float, n: int) -> int:
     """Up to n steps of h [s]; how many were done. A step that cannot be done leaves the state as it was before it."""
     reduce_wrench(model)
     for done in range(n):
         copy(state, 0, work, BACKUP)
-        if not (step(state, model, work, h) and is_finite(state, model)):
+        if not (step(acting, state, model, work, h) and is_finite(state, model)):
             copy(work, BACKUP, state, 0)
             return done
     return n
@@ -33,10 +35,11 @@ def advance(step: Step, state: Floats, model: Floats, work: Floats, h: float, n:
 class Integrator:
     """Descriptor of one integrator.
 
-    ``step(state, model, work, h)`` is a kernel that advances the flat state (see kernels.state) in place by h [s] under
-    the wrench held in ``model`` (see kernels.model). It returns False for a step that would need too much work; such a
-    one, and one whose new state is not finite, ``advance`` takes back. It is a pure function of its arguments: ``work``
-    is scratch space of ``work_size`` floats, its own from SCRATCH on, that carries nothing over.
+    ``step(acting, state, model, work, h)`` is a kernel that advances the flat state (see kernels.state) in place by h
+    [s] under the wrench held in ``model`` (see kernels.model) and, where ``resisted``, the loads of ``acting``. It
+    returns False for a step that would need too much work; such a one, and one whose new state is not finite,
+    ``advance`` takes back. It is a pure function of its arguments: ``work`` is scratch space of ``work_size`` floats,
+    its own from SCRATCH on, that carries nothing over.
 
     With ``one_evaluation``, n steps are one evaluation over n h, by an ``advance`` of its own: a caller that always
     starts from the state at which the wrench last changed accumulates no error, and gets the same bits however the
@@ -56,16 +59,6 @@ class Integrator:
     resisted: bool = False  # whether it takes drag and tethers into account
     adaptive: bool = False  # whether it keeps its error below rtol inside each step
 
-    @cached_property
-    def steps(self) -> Steps:
-        """Kernel ``steps(state, model, work, h, n)``: up to n steps of h [s], and how many were done."""
-        advance, step = self.advance, self.step
-
-        def steps(state: Floats, model: Floats, work: Floats, h: float, n: int) -> int:
-            return advance(step, state, model, work, h, n)
-
-        return steps
-
     def refusal(self, wrench: Wrench) -> str:
         """Why this integrator cannot be given ``wrench``, as a sentence; empty when it can."""
         if not self.torque_free_only:
@@ -79,3 +72,16 @@ class Integrator:
             f"integrator {self.name!r} knows only motion without torque and takes no {' or '.join(given)}: "
             "use force_world alone, or an integrator for every wrench, such as 'taylor'"
         )
+
+
+@cache
+def steps_of(integrator: Integrator, acting: Acting) -> Steps:
+    """The kernel ``steps(state, model, work, h, n)``: up to n steps of h [s] under loads, and how many were done."""
+    advance, step = integrator.advance, integrator.step
+    if not integrator.resisted:
+        acting = NOTHING_ACTS
+
+    def steps(state: Floats, model: Floats, work: Floats, h: float, n: int) -> int:
+        return advance(step, acting, state, model, work, h, n)
+
+    return steps

@@ -10,6 +10,7 @@ import math
 
 from ..kernels.arrays import Floats
 from ..kernels.compiled import kernel, table
+from ..kernels.motion import Acting
 from ..kernels.state import LOW
 from .base import SCRATCH, Integrator
 from .substep import (
@@ -19,7 +20,6 @@ from .substep import (
     accept,
     is_hopeless,
     next_size,
-    passes_rest,
     slope,
     usable,
     weighed,
@@ -148,22 +148,22 @@ WORK_SIZE = _Y + LOW
 
 
 @kernel
-def step(state: Floats, model: Floats, work: Floats, h: float) -> bool:
+def step(acting: Acting, state: Floats, model: Floats, work: Floats, h: float) -> bool:
     """One step in sub-steps that each keep the estimated error below their share; False when it cannot be done."""
     left, trial, growth = h, h, FASTEST_GROWTH
-    _first_slope(state, model, work)
+    _first_slope(acting, state, model, work)
     for tried in range(MOST_SUBSTEPS):
         if trial >= left * (1.0 - 1e-12):
             trial = left
         error = math.inf
-        if _stages(state, model, work, trial):
-            error = _error(state, model, work, trial, max(trial / h, SMALLEST_SHARE))
+        if _stages(acting, state, model, work, trial):
+            error = _error(acting, state, model, work, trial, max(trial / h, SMALLEST_SHARE))
         if error <= 1.0 or (error < math.inf and trial <= SHORTEST * h):
             accept(state, work, _Z)
             left -= trial
             if left <= 0.0:
                 return True
-            _first_slope(state, model, work)
+            _first_slope(acting, state, model, work)
         else:
             growth = SLOW_GROWTH
         trial = next_size(trial, error, ORDER, growth)
@@ -173,20 +173,20 @@ def step(state: Floats, model: Floats, work: Floats, h: float) -> bool:
 
 
 @kernel
-def _first_slope(state: Floats, model: Floats, work: Floats) -> None:
+def _first_slope(acting: Acting, state: Floats, model: Floats, work: Floats) -> None:
     for c in range(UNKNOWNS):
         work[_Z + c] = 0.0
-    slope(state, model, work, _Z, _Y, _K)
+    slope(acting, state, model, work, _Z, _Y, _K)
 
 
 @kernel
-def _stages(state: Floats, model: Floats, work: Floats, h: float) -> bool:
+def _stages(acting: Acting, state: Floats, model: Floats, work: Floats, h: float) -> bool:
     """All slopes but the first, and the increments of a sub-step h into Z; False when they are beyond use."""
     for i in range(1, STAGES):
         _combine(work, STAGES * (i - 1), i, h, _Z)
         if not usable(work, _Z):
             return False
-        slope(state, model, work, _Z, _Y, _K + UNKNOWNS * i)
+        slope(acting, state, model, work, _Z, _Y, _K + UNKNOWNS * i)
     _combine(work, _B_ROW, STAGES, h, _Z)
     return usable(work, _Z)
 
@@ -204,7 +204,7 @@ def _combine(work: Floats, row: int, count: int, h: float, to: int) -> None:
 
 
 @kernel
-def _error(state: Floats, model: Floats, work: Floats, trial: float, share: float) -> float:
+def _error(acting: Acting, state: Floats, model: Floats, work: Floats, trial: float, share: float) -> float:
     """Estimated error as a multiple of the sub-step's share: ε₅² / √(ε₅² + 0.01 ε₃²), from two estimates.
 
     Written with their quotient: the square of a tiny estimate is zero.
@@ -213,7 +213,7 @@ def _error(state: Floats, model: Floats, work: Floats, trial: float, share: floa
     fifth = weighed(state, model, work, _Z, _E, share, 1.0 / trial)
     _combine(work, _ERROR_3_ROW, STAGES, trial, _E)
     third = weighed(state, model, work, _Z, _E, share, 1.0 / trial)
-    if fifth == 0.0 or passes_rest(state, model, work, _Z, _E):
+    if fifth == 0.0 or acting.passes_kink(model, state, work, _Z):
         return fifth  # at a kink the order is none of a smooth motion's, and the formula makes little of the error
     return fifth / math.sqrt(1.0 + 0.01 * (third / fifth) * (third / fifth))
 

@@ -9,6 +9,7 @@ from ..kernels.compiled import kernel
 from ..kernels.free_motion import WORK_SIZE as _TURN_SIZE
 from ..kernels.free_motion import turn_freely
 from ..kernels.model import MASS
+from ..kernels.motion import Acting
 from ..kernels.state import SIZE, P, Q, X, add_compensated, copy, is_finite
 from ..kernels.wrench import force_world, reduce_wrench
 from .base import Integrator, Step
@@ -18,14 +19,14 @@ WORK_SIZE = _BACKUP + SIZE
 
 
 @kernel
-def advance(step: Step, state: Floats, model: Floats, work: Floats, h: float, n: int) -> int:
+def advance(step: Step, acting: Acting, state: Floats, model: Floats, work: Floats, h: float, n: int) -> int:
     """In one evaluation of ``step`` over n h [s], or by bisection as many of the n steps as can be done."""
     reduce_wrench(model)
     copy(state, 0, work, _BACKUP)
     done, too_many, trial = 0, n + 1, n
     while True:
         copy(work, _BACKUP, state, 0)
-        fits = trial == 0 or (step(state, model, work, trial * h) and is_finite(state, model))
+        fits = trial == 0 or (step(acting, state, model, work, trial * h) and is_finite(state, model))
         if fits and too_many - trial == 1:
             return trial
         if fits:
@@ -36,7 +37,7 @@ def advance(step: Step, state: Floats, model: Floats, work: Floats, h: float, n:
 
 
 @kernel
-def step(state: Floats, model: Floats, work: Floats, t: float) -> bool:
+def step(acting: Acting, state: Floats, model: Floats, work: Floats, t: float) -> bool:
     """The state t [s] later, however long that is; False when no digit of it would be left.
 
     A force in body axes is right here as long as the body does not turn.

@@ -11,6 +11,7 @@ import math
 from ..kernels.arrays import Floats
 from ..kernels.compiled import kernel
 from ..kernels.model import MASS, rates_principal
+from ..kernels.motion import Acting
 from ..kernels.state import L, P, Q, X, add_to_attitude
 from ..kernels.vectors import qmultiply, qrotate
 from ..kernels.wrench import force_world, torque_principal
@@ -18,7 +19,7 @@ from .base import SCRATCH, Integrator
 
 
 @kernel
-def step(state: Floats, model: Floats, work: Floats, h: float) -> bool:
+def step(acting: Acting, state: Floats, model: Floats, work: Floats, h: float) -> bool:
     """All four unknowns from their rates at the start of the step."""
     qw, qx, qy, qz = state[Q], state[Q + 1], state[Q + 2], state[Q + 3]
     wx, wy, wz = rates_principal(model, qw, qx, qy, qz, state[L], state[L + 1], state[L + 2])

@@ -5,7 +5,7 @@ The wrench is evaluated where the body is at each stage, so a body-axes wrench t
 
 from ..kernels.arrays import Floats
 from ..kernels.compiled import kernel
-from ..kernels.motion import derivative
+from ..kernels.motion import Acting, derivative
 from ..kernels.state import LOW, Q, add_to_attitude
 from .base import SCRATCH, Integrator
 
@@ -16,13 +16,13 @@ WORK_SIZE = SCRATCH + 3 * LOW
 
 
 @kernel
-def step(state: Floats, model: Floats, work: Floats, h: float) -> bool:
+def step(acting: Acting, state: Floats, model: Floats, work: Floats, h: float) -> bool:
     """Advance by h [s]; see base.Integrator."""
     for i in range(LOW):
         work[_STAGE + i] = state[i]
         work[_SUM + i] = 0.0
     for stage in range(4):
-        derivative(model, work, _STAGE, work, _SLOPE)
+        derivative(acting, model, work, _STAGE, work, _SLOPE)
         weight = h / 3.0 if stage == 1 or stage == 2 else h / 6.0
         ahead = 0.5 * h if stage < 2 else h
         for i in range(LOW):

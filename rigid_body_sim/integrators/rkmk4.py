@@ -5,13 +5,12 @@ attitude that is a rotation. Source: Munthe-Kaas, BIT 38 (1998) 92; the series i
 here without loss of order. L is kept in the world, where L' = τ.
 """
 
-import math
-
 from ..kernels.arrays import Floats
 from ..kernels.compiled import kernel
 from ..kernels.model import MASS, rates_principal
+from ..kernels.motion import Acting
 from ..kernels.state import L, P, Q, X, add_to_attitude
-from ..kernels.vectors import cross, qmultiply, qrotate
+from ..kernels.vectors import cross, exponential_minus_one, qmultiply, qrotate
 from ..kernels.wrench import force_world, torque_principal
 from .base import SCRATCH, Integrator
 
@@ -23,7 +22,7 @@ WORK_SIZE = SCRATCH + 3 * _UNKNOWNS
 
 
 @kernel
-def step(state: Floats, model: Floats, work: Floats, h: float) -> bool:
+def step(acting: Acting, state: Floats, model: Floats, work: Floats, h: float) -> bool:
     """Advance by h [s]; see base.Integrator."""
     for i in range(_UNKNOWNS):
         work[_SUM + i] = 0.0
@@ -48,16 +47,6 @@ def step(state: Floats, model: Floats, work: Floats, h: float) -> bool:
     dw, dx, dy, dz = qmultiply(state[Q], state[Q + 1], state[Q + 2], state[Q + 3], dw, dx, dy, dz)
     add_to_attitude(state, dw, dx, dy, dz)
     return True
-
-
-@kernel
-def exponential_minus_one(x: float, y: float, z: float) -> tuple[float, float, float, float]:
-    """Unit quaternion of the rotation vector (x, y, z) [rad], less 1, to round-off for small angles too."""
-    angle = math.sqrt(x * x + y * y + z * z)
-    quarter = math.sin(0.25 * angle)
-    # sin(θ/2) / θ; below 1e-8 its next term, θ²/48, is under round-off
-    share = 0.5 if angle < 1e-8 else math.sin(0.5 * angle) / angle
-    return -2.0 * quarter * quarter, share * x, share * y, share * z
 
 
 @kernel

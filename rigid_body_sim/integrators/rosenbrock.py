@@ -11,11 +11,10 @@ import math
 
 from ..kernels.arrays import Floats
 from ..kernels.compiled import kernel, table
-from ..kernels.model import MASS, MOMENTS, N_TETHERS, TETHERS_AT, rates_principal
-from ..kernels.motion import body_attitude, jacobian
-from ..kernels.resistance import TETHER_SIZE, tether_direction
-from ..kernels.state import LOW, Q, X
-from ..kernels.vectors import cross, qrotate, qrotate_back
+from ..kernels.model import MASS, MOMENTS
+from ..kernels.motion import Acting, jacobian
+from ..kernels.state import LOW
+from ..kernels.vectors import cross
 from .base import SCRATCH, Integrator
 from .substep import (
     SHORTEST,
@@ -35,7 +34,6 @@ GAMMA = 0.25
 FASTEST_GROWTH = 90.0  # of sub-steps, and no slower than that: what is fast has soon died away
 _STAGES = 6
 DAMPED_SHARE = 0.1  # of rtol for a sub-step, at least, where nothing rings: most errors die away with what made them
-DIED_AWAY = 20.0  # e-foldings in a step after which a vibration is over: e⁻²⁰ is 2e-9
 MOST_SUBSTEPS = 1_000_000  # some seconds of work in one step; what would take more is refused
 
 # Rows are stages 2 to 6: weights of the earlier stages in the argument (A) and on the right-hand side (C).
@@ -74,16 +72,16 @@ _LAST = _U + UNKNOWNS * (_STAGES - 1)
 
 
 @kernel
-def step(state: Floats, model: Floats, work: Floats, h: float) -> bool:
+def step(acting: Acting, state: Floats, model: Floats, work: Floats, h: float) -> bool:
     """One step in sub-steps that each keep the estimated error below their share; False when it cannot be done."""
-    _linearise(state, model, work)
-    left, trial = h, _first_size(state, model, work, h)
+    _linearise(acting, state, model, work)
+    left, trial = h, _first_size(acting, state, model, work, h)
     share = DAMPED_SHARE if trial == h else SMALLEST_SHARE
     for tried in range(MOST_SUBSTEPS):
         if trial >= left * (1.0 - 1e-12):
             trial = left
         error = math.inf
-        if _stages(state, model, work, trial):
+        if _stages(acting, state, model, work, trial):
             rate = min(_stiffness(model, work) * trial, 1.0 / trial)
             error = weighed(state, model, work, _Z, _LAST, max(trial / h, share), rate)
         if error <= 1.0 or (error < math.inf and trial <= SHORTEST * h):
@@ -91,7 +89,7 @@ def step(state: Floats, model: Floats, work: Floats, h: float) -> bool:
             left -= trial
             if left <= 0.0:
                 return True
-            _linearise(state, model, work)
+            _linearise(acting, state, model, work)
         trial = next_size(trial, error, ORDER, FASTEST_GROWTH)
         if trial < 0.1 * SHORTEST * h or is_hopeless(h - left, h, tried, MOST_SUBSTEPS):
             return False
@@ -99,12 +97,12 @@ def step(state: Floats, model: Floats, work: Floats, h: float) -> bool:
 
 
 @kernel
-def _linearise(state: Floats, model: Floats, work: Floats) -> None:
+def _linearise(acting: Acting, state: Floats, model: Floats, work: Floats) -> None:
     """Jacobian and slope at the beginning of a sub-step."""
-    jacobian(model, state, 0, False, work, _JACOBIAN)
+    jacobian(acting, model, state, 0, False, work, _JACOBIAN)
     for c in range(UNKNOWNS):
         work[_Z + c] = 0.0
-    slope(state, model, work, _Z, _Y, _SLOPE)
+    slope(acting, state, model, work, _Z, _Y, _SLOPE)
 
 
 @kernel
@@ -123,33 +121,20 @@ def _stiffness(model: Floats, work: Floats) -> float:
 
 
 @kernel
-def _ringing(state: Floats, model: Floats, h: float) -> float:
-    """Largest ω [rad/s] of the tethers that vibrate fast in a step h and still do at its end; 0 when none does."""
-    qw, qx, qy, qz = state[Q], state[Q + 1], state[Q + 2], state[Q + 3]
-    bw, bx, by, bz = body_attitude(model, qw, qx, qy, qz)
-    fastest = 0.0
-    for i in range(int(model[N_TETHERS])):
-        k = int(model[TETHERS_AT]) + TETHER_SIZE * i
-        rx, ry, rz = qrotate(bw, bx, by, bz, model[k], model[k + 1], model[k + 2])
-        nx, ny, nz = tether_direction(model, k, state[X] + rx, state[X + 1] + ry, state[X + 2] + rz)
-        tx, ty, tz = cross(rx, ry, rz, nx, ny, nz)
-        wx, wy, wz = rates_principal(model, qw, qx, qy, qz, tx, ty, tz)
-        tx, ty, tz = qrotate_back(qw, qx, qy, qz, tx, ty, tz)
-        mobility = 1.0 / model[MASS] + tx * wx + ty * wy + tz * wz
-        if 0.5 * model[k + 8] * mobility * h < DIED_AWAY:
-            fastest = max(fastest, model[k + 7] * mobility)
-    fastest = math.sqrt(fastest)
+def _ringing(acting: Acting, state: Floats, model: Floats, h: float) -> float:
+    """Largest ω [rad/s] of what vibrates fast in a step h and still does at its end; 0 when nothing does."""
+    fastest = math.sqrt(acting.ringing(model, state, h))
     return fastest if fastest * h > 10.0 else 0.0
 
 
 @kernel
-def _first_size(state: Floats, model: Floats, work: Floats, h: float) -> float:
+def _first_size(acting: Acting, state: Floats, model: Floats, work: Floats, h: float) -> float:
     """The whole step h, unless something rings in it: an L-stable method damps that away without an error to be seen.
 
     Momenta that vibrate at ω with the amplitude a have slopes up to a ω and second derivatives up to a ω². Where those
     say that a is above the tolerance, the first sub-step is short enough to see the vibration.
     """
-    fastest = _ringing(state, model, h)
+    fastest = _ringing(acting, state, model, h)
     if fastest == 0.0:
         return h
     for r in range(UNKNOWNS):
@@ -164,7 +149,7 @@ def _first_size(state: Floats, model: Floats, work: Floats, h: float) -> float:
 
 
 @kernel
-def _stages(state: Floats, model: Floats, work: Floats, h: float) -> bool:
+def _stages(acting: Acting, state: Floats, model: Floats, work: Floats, h: float) -> bool:
     """All six stages of a sub-step h, and the increments, which are the sixth argument plus the sixth stage, into Z.
 
     False when the matrix is singular or the increments are beyond use.
@@ -186,7 +171,7 @@ def _stages(state: Floats, model: Floats, work: Floats, h: float) -> bool:
         if not usable(work, _Z):
             return False
         u = _U + UNKNOWNS * i
-        slope(state, model, work, _Z, _Y, u)
+        slope(acting, state, model, work, _Z, _Y, u)
         for j in range(i):
             _add_stage(work, u, _C[_STAGES * (i - 1) + j] / h, j)
         _solve(model, work, u, GAMMA * h)

@@ -12,6 +12,7 @@ import math
 from ..kernels.arrays import Floats
 from ..kernels.compiled import kernel
 from ..kernels.model import MASS, MOMENTS
+from ..kernels.motion import Acting
 from ..kernels.state import L, P, Q, X, add_compensated, add_to_attitude
 from ..kernels.vectors import qmultiply, qrotate, qrotate_back
 from ..kernels.wrench import force_world, torque_principal
@@ -25,7 +26,7 @@ WORK_SIZE = SCRATCH + 7
 
 
 @kernel
-def step(state: Floats, model: Floats, work: Floats, h: float) -> bool:
+def step(acting: Acting, state: Floats, model: Floats, work: Floats, h: float) -> bool:
     """Advance by h [s]; see base.Integrator."""
     _kick(state, model, 0.5 * h)
     for i in range(3):
@@ -36,10 +37,10 @@ def step(state: Floats, model: Floats, work: Floats, h: float) -> bool:
 
 
 @kernel
-def step4(state: Floats, model: Floats, work: Floats, h: float) -> bool:
+def step4(acting: Acting, state: Floats, model: Floats, work: Floats, h: float) -> bool:
     """Advance by h [s], order 4; see base.Integrator."""
     for stage in range(5):
-        step(state, model, work, (_INNER if stage == 2 else _OUTER) * h)
+        step(acting, state, model, work, (_INNER if stage == 2 else _OUTER) * h)
     return True
 
 

@@ -8,11 +8,11 @@ import math
 
 from ..kernels.arrays import Floats
 from ..kernels.compiled import kernel
-from ..kernels.model import DRAG, MASS, MOMENTS, RTOL, rates_principal, to_body
-from ..kernels.motion import body_attitude, loads, rates_world
+from ..kernels.model import MASS, MOMENTS, RTOL
+from ..kernels.motion import Acting, loads, rates_world
 from ..kernels.state import L, P, Q, X, add_compensated, add_to_attitude
-from ..kernels.vectors import cross, qmultiply, qrotate_back
-from .rkmk4 import exponential_minus_one
+from ..kernels.tuples import Quat
+from ..kernels.vectors import cross, exponential_minus_one, qmultiply
 
 UNKNOWNS = 12
 LARGEST_TURN = 1.0  # rad in one sub-step: beyond it the rotation vector is a poor coordinate
@@ -29,7 +29,7 @@ ROUND_OFF = 2.0**-50  # a few units in the last place
 
 
 @kernel
-def slope(state: Floats, model: Floats, work: Floats, z: int, y: int, to: int) -> None:
+def slope(acting: Acting, state: Floats, model: Floats, work: Floats, z: int, y: int, to: int) -> None:
     """Time derivative of the unknowns at work[z:z + 12] into work[to:to + 12]; their state goes to work[y:y + 13]."""
     tx, ty, tz = work[z + 3], work[z + 4], work[z + 5]
     qw, qx, qy, qz = state[Q], state[Q + 1], state[Q + 2], state[Q + 3]
@@ -39,13 +39,14 @@ def slope(state: Floats, model: Floats, work: Floats, z: int, y: int, to: int) -
         work[y + X + i] = state[X + i] + work[z + i]
         work[y + P + i] = state[P + i] + work[z + 6 + i]
         work[y + L + i] = state[L + i] + work[z + 9 + i]
-    wx, wy, wz = rates_world(model, work, y, qw, qx, qy, qz)
-    fx, fy, fz, mx, my, mz = loads(model, work, y, qw, qx, qy, qz)
+    q = Quat(qw, qx, qy, qz)
+    w = rates_world(model, work, y, q)
+    load = loads(acting, model, work, y, q)
     for i in range(3):
         work[to + i] = work[y + P + i] / model[MASS]
-    work[to + 3], work[to + 4], work[to + 5] = inverse_dexp(tx, ty, tz, wx, wy, wz)
-    work[to + 6], work[to + 7], work[to + 8] = fx, fy, fz
-    work[to + 9], work[to + 10], work[to + 11] = mx, my, mz
+    work[to + 3], work[to + 4], work[to + 5] = inverse_dexp(tx, ty, tz, w.x, w.y, w.z)
+    work[to + 6], work[to + 7], work[to + 8] = load.force
+    work[to + 9], work[to + 10], work[to + 11] = load.torque
 
 
 @kernel
@@ -70,42 +71,6 @@ def usable(work: Floats, z: int) -> bool:
         total += work[z + i] - work[z + i]
     tx, ty, tz = work[z + 3], work[z + 4], work[z + 5]
     return total == 0.0 and tx * tx + ty * ty + tz * tz < 16.0 * LARGEST_TURN * LARGEST_TURN
-
-
-@kernel
-def passes_rest(state: Floats, model: Floats, work: Floats, z: int, to: int) -> bool:
-    """Whether quadratic drag has a kink within the sub-step of the unknowns work[z:z + 12]; work[to:to + 12] is used.
-
-    |u| u has one where u passes zero: a component of the velocity of the centre of mass or of the rates, body axes.
-    """
-    quadratic = 0.0
-    for i in range(3):
-        quadratic += model[DRAG + 3 + i] + model[DRAG + 9 + i]
-    if quadratic == 0.0:
-        return False
-    _dragged(state, model, work, z, 0.0, to)
-    _dragged(state, model, work, z, 1.0, to + 6)
-    for i in range(3):
-        if model[DRAG + 3 + i] != 0.0 and work[to + i] * work[to + 6 + i] < 0.0:
-            return True
-        if model[DRAG + 9 + i] != 0.0 and work[to + 3 + i] * work[to + 9 + i] < 0.0:
-            return True
-    return False
-
-
-@kernel
-def _dragged(state: Floats, model: Floats, work: Floats, z: int, share: float, to: int) -> None:
-    """Momentum of the centre of mass and rates, body axes, at a share of the unknowns, into work[to:to + 6]."""
-    dw, dx, dy, dz = exponential_minus_one(share * work[z + 3], share * work[z + 4], share * work[z + 5])
-    q = Q
-    qw, qx, qy, qz = qmultiply(1.0 + dw, dx, dy, dz, state[q], state[q + 1], state[q + 2], state[q + 3])
-    for i in range(3):
-        work[to + i] = state[P + i] + share * work[z + 6 + i]
-        work[to + 3 + i] = state[L + i] + share * work[z + 9 + i]
-    wx, wy, wz = rates_principal(model, qw, qx, qy, qz, work[to + 3], work[to + 4], work[to + 5])
-    work[to + 3], work[to + 4], work[to + 5] = to_body(model, wx, wy, wz)
-    qw, qx, qy, qz = body_attitude(model, qw, qx, qy, qz)
-    work[to], work[to + 1], work[to + 2] = qrotate_back(qw, qx, qy, qz, work[to], work[to + 1], work[to + 2])
 
 
 @kernel

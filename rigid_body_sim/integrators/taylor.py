@@ -29,6 +29,7 @@ from ..kernels.model import (
     TORQUE,
     rates_principal,
 )
+from ..kernels.motion import Acting
 from ..kernels.state import L, P, Q, X, add_compensated, align, body_momentum, is_thin
 from ..kernels.vectors import cross, qmultiply, qrotate, qrotate_back
 from ..kernels.wrench import arm_torque, torque_principal
@@ -55,7 +56,7 @@ WORK_SIZE = _SPIN + 6
 
 
 @kernel
-def step(state: Floats, model: Floats, work: Floats, h: float) -> bool:
+def step(acting: Acting, state: Floats, model: Floats, work: Floats, h: float) -> bool:
     """One step in as many sub-steps as its series needs; False when it cannot be done."""
     left = h
     for _ in range(MOST_SUBSTEPS):

@@ -1,16 +1,23 @@
 """How fast the velocities change at a moment, with every force there is."""
 
+from collections.abc import Callable
+from functools import cache
+from typing import TypeAlias
+
 from .arrays import Floats
 from .compiled import kernel
 from .model import CENTER_OF_MASS, EULER, MASS, MOMENTS, rates_principal, to_body
-from .motion import body_attitude, loads
+from .motion import Acting, body_attitude, loads
 from .state import L, Q
-from .vectors import cross, qrotate, qrotate_back
+from .tuples import Quat, Vec, rotate
+from .vectors import cross, qrotate_back
 from .wrench import reduce_wrench
+
+Accelerations: TypeAlias = tuple[float, float, float, float, float, float]
 
 
 @kernel
-def read_acceleration(state: Floats, model: Floats) -> tuple[float, float, float, float, float, float]:
+def read_acceleration(acting: Acting, state: Floats, model: Floats) -> Accelerations:
     """(a [m/s²], dω/dt [rad/s²]): of the body frame's origin, world axes, and in body axes; 6 numbers.
 
     By theory (2.1.2) for the centre of mass and Euler's equation (2.5.6) in principal axes. The origin is at −R c from
@@ -18,8 +25,9 @@ def read_acceleration(state: Floats, model: Floats) -> tuple[float, float, float
     """
     reduce_wrench(model)  # a wrench set since the last step is not reduced yet
     qw, qx, qy, qz = state[Q], state[Q + 1], state[Q + 2], state[Q + 3]
-    fx, fy, fz, tx, ty, tz = loads(model, state, 0, qw, qx, qy, qz)
-    tx, ty, tz = qrotate_back(qw, qx, qy, qz, tx, ty, tz)
+    q = Quat(qw, qx, qy, qz)
+    force, torque = loads(acting, model, state, 0, q)
+    tx, ty, tz = qrotate_back(qw, qx, qy, qz, torque.x, torque.y, torque.z)
     wx, wy, wz = rates_principal(model, qw, qx, qy, qz, state[L], state[L + 1], state[L + 2])
     ax, ay, az = to_body(
         model,
@@ -32,6 +40,15 @@ def read_acceleration(state: Floats, model: Floats) -> tuple[float, float, float
     ux, uy, uz = cross(ax, ay, az, model[c], model[c + 1], model[c + 2])
     vx, vy, vz = cross(wx, wy, wz, model[c], model[c + 1], model[c + 2])
     vx, vy, vz = cross(wx, wy, wz, vx, vy, vz)
-    bw, bx, by, bz = body_attitude(model, qw, qx, qy, qz)
-    ux, uy, uz = qrotate(bw, bx, by, bz, ux + vx, uy + vy, uz + vz)
-    return fx / m - ux, fy / m - uy, fz / m - uz, ax, ay, az
+    u = rotate(body_attitude(model, q), Vec(ux + vx, uy + vy, uz + vz))
+    return force.x / m - u.x, force.y / m - u.y, force.z / m - u.z, ax, ay, az
+
+
+@cache
+def acceleration_reader(acting: Acting) -> Callable[[Floats, Floats], Accelerations]:
+    """The kernel ``read(state, model)`` under loads; see ``read_acceleration``."""
+
+    def read(state: Floats, model: Floats) -> Accelerations:
+        return read_acceleration(acting, state, model)
+
+    return read

@@ -3,9 +3,10 @@
 The array holds what is given (body, gravity, wrench in the axes in which it was given) and, from ``REDUCED`` on, what
 ``reduce_wrench`` makes of it: everything about the centre of mass and in principal axes.
 
-A torque that is fixed in the world, or comes from a world-axes force at a body-fixed point, is linear in the world axes
-seen from the body. So any number of them is ``Σ_i A_i Rᵀ B_i`` with at most three *carried vectors* B_i (world) and
-matrices A_i (principal axes): one carried vector when all are parallel, the three world axes otherwise.
+A torque that is fixed in the world, or comes from a *lever* (a world-axes force at a body-fixed point, or a couple of a
+body-fixed arm and a vector fixed in the world), is linear in the world axes seen from the body. So any
+number of them is ``Σ_i A_i Rᵀ B_i`` with at most three *carried vectors* B_i (world) and matrices A_i (principal axes):
+one carried vector when all are parallel, the three world axes otherwise.
 """
 
 from .arrays import Floats
@@ -18,16 +19,14 @@ Q_BODY_PRINCIPAL = 4  # 4
 CENTER_OF_MASS = 8  # body axes, 3
 GRAVITY = 11  # world, 3
 WRENCH = 14  # the twelve values of Wrench.values
-N_POINTS = 26
+N_LEVERS = 26
 EULER = 27  # (I_y − I_z) / I_x and its cyclic companions, the coefficients of Euler's equation (theory 2.5.6), 3
-RESISTED = 30  # 1 when drag or a tether acts
-DRAG = 31  # the twelve coefficients of resistance.Drag.values
-N_TETHERS = 43
-TETHERS_AT = 44  # where the tethers begin, behind the points
-RTOL = 45  # relative error that an error-controlled integrator may make in a step
-MOST_MOMENTUM = 46  # kg m/s: up to this P no component of the velocity exceeds FASTEST
-SAFE_ANGULAR_MOMENTUM = 47  # kg m²/s: up to this L no component of any velocity exceeds FASTEST, whatever the attitude
-REDUCED = 48
+RTOL = 30  # relative error that an error-controlled integrator may make in a step
+MOST_MOMENTUM = 31  # kg m/s: up to this P no component of the velocity exceeds FASTEST
+SAFE_ANGULAR_MOMENTUM = 32  # kg m²/s: up to this L no component of any velocity exceeds FASTEST, whatever the attitude
+MOST_LOADS = 8
+LOADS = 33  # of each kind of load (see effects): how many there are, and where in the model they begin, 8 x 2
+REDUCED = LOADS + 2 * MOST_LOADS
 FORCE = REDUCED  # force in principal axes, 3
 TORQUE = REDUCED + 3  # torque about the centre of mass in principal axes, 3
 FORCE_WORLD = REDUCED + 6  # force in world axes, gravity included, 3
@@ -35,7 +34,9 @@ N_CARRIED = REDUCED + 9
 ONLY_WORLD_TORQUE = REDUCED + 10  # 1 when all torque is fixed in the world: L is then a closed form
 CARRIED = REDUCED + 11  # B_i, world, 3 x 3
 ARMS = REDUCED + 20  # A_i, 3 x 9
-POINTS = REDUCED + 47  # point (body axes from the origin) and force (world), 6 each
+LEVERS = REDUCED + 47  # levers: arm (body axes), vector (world), and 1 for a force at a point, 0 for a couple; 7 each
+LEVER_SIZE = 7
+
 FASTEST = 1e307  # m/s, rad/s: a velocity beyond it may have no finite components in other axes
 
 

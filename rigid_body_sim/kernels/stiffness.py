@@ -5,27 +5,22 @@ import math
 import numpy as np
 
 from .arrays import Floats
-from .compiled import kernel
-from .motion import jacobian
+from .motion import Acting, jacobian
 from .wrench import reduce_wrench
 
 
-@kernel
-def _taut_jacobian(state: Floats, model: Floats, out: Floats) -> None:
-    reduce_wrench(model)
-    jacobian(model, state, 0, True, out, 0)
-
-
-def spectral_radius(state: Floats, model: Floats) -> float:
+def spectral_radius(acting: Acting, state: Floats, model: Floats) -> float:
     """Largest modulus [1/s] of the eigenvalues of the Jacobian at a flat state, with every tether counted as taut.
 
     So a tether that is slack now, and will pull later, counts; quadratic drag counts at the present speed, and a spin
     with its angular velocity. Infinite where an entry of the Jacobian is beyond the range of floats. ``model`` is that
-    that kernels.model lays out, ``state`` that of kernels.state.
+    which kernels.model lays out, ``state`` that of kernels.state. It is called once per change of terms, so the
+    kernels run as plain Python, on the scalars that numpy gives: those pass infinity on.
     """
-    matrix = np.zeros(144)
-    with np.errstate(over="ignore", invalid="ignore"):  # plain Python would warn
-        _taut_jacobian(state, model.copy(), matrix)
+    model, matrix = model.copy(), np.zeros(144)
+    with np.errstate(all="ignore"):
+        reduce_wrench(model)
+        jacobian(acting, model, state, 0, True, matrix, 0)
     if not np.isfinite(matrix).all():
         return math.inf
     radius = float(np.abs(np.linalg.eigvals(matrix.reshape(12, 12))).max())

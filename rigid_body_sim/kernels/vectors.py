@@ -3,6 +3,8 @@
 Quaternions are scalar first, (w, x, y, z) = [s, v] as in theory (2.7.3).
 """
 
+import math
+
 from .compiled import kernel
 
 
@@ -42,3 +44,13 @@ def qrotate(w: float, x: float, y: float, z: float, vx: float, vy: float, vz: fl
 def qrotate_back(w: float, x: float, y: float, z: float, vx: float, vy: float, vz: float) -> tuple[float, float, float]:
     """q̄ v q for a unit quaternion: the inverse of ``qrotate``."""
     return qrotate(w, -x, -y, -z, vx, vy, vz)
+
+
+@kernel
+def exponential_minus_one(x: float, y: float, z: float) -> tuple[float, float, float, float]:
+    """Unit quaternion of the rotation vector (x, y, z) [rad], less 1, to round-off for small angles too."""
+    angle = math.sqrt(x * x + y * y + z * z)
+    quarter = math.sin(0.25 * angle)
+    # sin(θ/2) / θ; below 1e-8 its next term, θ²/48, is under round-off
+    share = 0.5 if angle < 1e-8 else math.sin(0.5 * angle) / angle
+    return -2.0 * quarter * quarter, share * x, share * y, share * z

@@ -11,11 +11,12 @@ from .model import (
     FORCE,
     FORCE_WORLD,
     GRAVITY,
+    LEVER_SIZE,
+    LEVERS,
     MASS,
     N_CARRIED,
-    N_POINTS,
+    N_LEVERS,
     ONLY_WORLD_TORQUE,
-    POINTS,
     TORQUE,
     WRENCH,
     to_principal,
@@ -37,10 +38,10 @@ def reduce_wrench(model: Floats) -> None:
     for i in range(3):
         model[FORCE_WORLD + i] = model[w + 6 + i] + model[MASS] * model[GRAVITY + i]
     model[ONLY_WORLD_TORQUE] = 0.0
-    if model[N_POINTS] == 0.0:
+    if model[N_LEVERS] == 0.0:
         _carry_world_torque(model)
     else:
-        _carry_point_forces(model)
+        _carry_levers(model)
 
 
 @kernel
@@ -58,21 +59,22 @@ def _carry_world_torque(model: Floats) -> None:
 
 
 @kernel
-def _carry_point_forces(model: Floats) -> None:
-    """Carried vectors for world-axes forces at points: their common direction, or the three world axes."""
-    n = int(model[N_POINTS])
+def _carry_levers(model: Floats) -> None:
+    """Carried vectors for levers: the common direction of their vectors, or the three world axes."""
+    n = int(model[N_LEVERS])
     for k in range(n):
+        p = LEVERS + LEVER_SIZE * k
         for i in range(3):
-            model[FORCE_WORLD + i] += model[POINTS + 6 * k + 3 + i]
+            model[FORCE_WORLD + i] += model[p + 6] * model[p + 3 + i]
     for i in range(27):
         model[ARMS + i] = 0.0
-    parallel = _points_are_parallel(model, n)
+    parallel = _levers_are_parallel(model, n)
     for i in range(9):
         model[CARRIED + i] = 1.0 if i % 4 == 0 else 0.0
     model[N_CARRIED] = 1.0 if parallel else 3.0
     if parallel:
         for i in range(3):
-            model[CARRIED + i] = model[POINTS + 3 + i]
+            model[CARRIED + i] = model[LEVERS + 3 + i]
     for k in range(n):
         _add_arms(model, k, parallel)
     if not parallel:
@@ -82,12 +84,12 @@ def _carry_point_forces(model: Floats) -> None:
 
 
 @kernel
-def _points_are_parallel(model: Floats, n: int) -> bool:
-    """Whether all forces at points lie along the first one, exactly, and no world torque needs carrying beside them."""
+def _levers_are_parallel(model: Floats, n: int) -> bool:
+    """Whether all levers' vectors lie along the first one, exactly, and no world torque needs carrying beside them."""
     for i in range(3):
         if model[WRENCH + 9 + i] != 0.0:
             return False
-    p = POINTS + 3
+    p = LEVERS + 3
     largest = max(abs(model[p]), abs(model[p + 1]), abs(model[p + 2]))
     if largest == 0.0:
         return False
@@ -95,7 +97,7 @@ def _points_are_parallel(model: Floats, n: int) -> bool:
     unit = math.ldexp(1.0, max(-1000, min(1000, -math.frexp(largest)[1])))
     fx, fy, fz = unit * model[p], unit * model[p + 1], unit * model[p + 2]
     for k in range(1, n):
-        a = p + 6 * k
+        a = p + LEVER_SIZE * k
         x, y, z = cross(fx, fy, fz, model[a], model[a + 1], model[a + 2])
         if x != 0.0 or y != 0.0 or z != 0.0:
             return False
@@ -104,10 +106,12 @@ def _points_are_parallel(model: Floats, n: int) -> bool:
 
 @kernel
 def _add_arms(model: Floats, k: int, parallel: bool) -> None:
-    """Add point k's skew matrix of its arm from the centre of mass to each A_i, weighted by the force along B_i."""
-    p = POINTS + 6 * k
-    c = CENTER_OF_MASS
-    x, y, z = to_principal(model, model[p] - model[c], model[p + 1] - model[c + 1], model[p + 2] - model[c + 2])
+    """Add the skew matrix of lever k's arm, a force's from the centre of mass, to each A_i, weighted along B_i."""
+    p = LEVERS + LEVER_SIZE * k
+    c, at = CENTER_OF_MASS, model[p + 6]
+    x, y, z = to_principal(
+        model, model[p] - at * model[c], model[p + 1] - at * model[c + 1], model[p + 2] - at * model[c + 2]
+    )
     for i in range(1 if parallel else 3):
         # The force along B_i, which is parallel to it or an axis: from B_i's largest component.
         b, j = CARRIED + 3 * i, 0

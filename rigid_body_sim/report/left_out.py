@@ -115,17 +115,13 @@ def full_equations(scene: Scene) -> dict[str, Simulation]:
     Where it has drag or a tether both are the same, and only ``full`` is given. The wrench is for the caller to set.
     """
     terms = scene.terms()
-    same = {"rate": scene["rate"], "gravity": [g or TINY for g in terms.gravity], "forces": terms.forces}
-    tethers = terms.tethers or (Tether(),)
-    everything = Simulation(
-        terms.body, scene.initial_state(), drag=terms.drag, tethers=tethers, rtol=terms.rtol, **same
-    )
-    if terms.resisted:
+    given = {**terms.optional(), "gravity": [g or TINY for g in terms.gravity]}
+    loads = {**given, "tethers": given["tethers"] or (Tether(),)}
+    begin = terms.body, scene.initial_state()
+    everything = Simulation(*begin, rate=scene["rate"], **loads)
+    if terms.loads:
         return {"full": everything}
-    return {
-        "full": Simulation(terms.body, scene.initial_state(), integrator="taylor", **same),
-        "everything": everything,
-    }
+    return {"full": Simulation(*begin, rate=scene["rate"], integrator="taylor", **given), "everything": everything}
 
 
 def difference(one: Simulation, other: Simulation, span: float) -> tuple[float, float]:

@@ -4,7 +4,7 @@ from collections.abc import Iterable
 
 from .. import integrators
 from ..simulation import Simulation
-from ..terms import Terms
+from ..terms import DEFAULT_RTOL, Terms
 from .method import OURS, RTOL, STEP, Method, step_sizes, steps_held
 from .problems import End, Problem
 
@@ -73,7 +73,7 @@ class _Run:
             gravity=problem.gravity,
             integrator=name,
             drag=problem.drag,
-            rtol=value if adaptive else Terms.rtol,
+            rtol=value if adaptive else DEFAULT_RTOL,
         )
 
     def restart(self) -> None:

@@ -11,12 +11,12 @@ from typing import Any
 
 import numpy as np
 
+from .. import integrators
 from ..command_line import takes_nothing
 from ..effects.drag import Drag
 from ..effects.tether import Tether
 from ..kernels import compiled
 from ..simulation import Simulation
-from ..terms import new_model
 from ..values.body import Body
 from ..values.state import State, flatten
 from ..values.wrench import Wrench
@@ -67,12 +67,12 @@ def _simulation(body: Body, state: State, wrench: Wrench, options: dict[str, Any
 
 def calls_of(simulation: Simulation) -> Callable[[int], object]:
     """The kernel that the plan calls, for a number of steps, on a state of its own."""
-    terms = (simulation.body, simulation.gravity, simulation.wrench, simulation.drag, simulation.tethers)
-    model = new_model(*terms, forces=simulation.forces)
+    model = simulation.terms.model(simulation.wrench)
     state, work = flatten(simulation.state, model), np.zeros(simulation.integrator.work_size)
     h = 1.0 / simulation.rate
-    kernel = compiled.ready(simulation.integrator.steps, state, model, work, h, 1)
-    return lambda steps: kernel(state, model, work, h, steps)
+    steps = integrators.steps_of(simulation.integrator, simulation.terms.kernels)
+    kernel = compiled.ready(steps, state, model, work, h, 1)
+    return lambda count: kernel(state, model, work, h, count)
 
 
 def costs(simulations: Mapping[str, Simulation], rounds: int) -> dict[str, tuple[float, float]]:

@@ -22,7 +22,7 @@ from ..kernels.arrays import Floats
 from ..kernels.state import LOW
 from ..kernels.wrench import reduce_wrench
 from ..simulation import Simulation
-from ..terms import new_model
+from ..terms import Terms
 from ..values.body import Body
 from ..values.rotation import multiply, skew, to_matrix
 from ..values.state import State, flatten
@@ -117,12 +117,13 @@ def right_hand_side(scene: Scene) -> Callable[[float, Floats], Floats]:
 
 def exact_jacobian(scene: Scene) -> Callable[[float, Floats], Floats]:
     """The Jacobian of ``right_hand_side``, 13 x 13, from that of motion.jacobian: δq = ½ E b and q' = ½ E ω."""
-    model = new_model(scene.body, GRAVITY, Wrench(force_world=scene.force_world), scene.drag, scene.tethers)
+    terms = Terms(scene.body, GRAVITY, drag=scene.drag, tethers=scene.tethers)
+    model = terms.model(Wrench(force_world=scene.force_world))
     reduce_wrench(model)
     flat = np.zeros(144)
 
     def jacobian(_: float, y: Floats) -> Floats:
-        motion.jacobian(model, y, 0, False, flat, 0)
+        motion.jacobian(terms.kernels, model, y, 0, False, flat, 0)
         rows = flat.reshape(12, 12)
         w = rows[3:6, 9:12] @ y[10:13]
         E = np.vstack((-y[4:7], y[3] * np.eye(3) - skew(y[4:7])))
@@ -140,7 +141,7 @@ def exact_jacobian(scene: Scene) -> Callable[[float, Floats], Floats]:
 
 def radau(scene: Scene, rtol: float) -> Callable[[], Floats]:
     """The same by SciPy's Radau with the exact Jacobian; its absolute tolerance is a tenth of the relative."""
-    model = new_model(scene.body, GRAVITY, Wrench())
+    model = Terms(scene.body, GRAVITY).model(Wrench())
     begin = flatten(scene.state, model)[:LOW]
     slope, jacobian = right_hand_side(scene), exact_jacobian(scene)
     options = {"method": "Radau", "rtol": rtol, "atol": 0.1 * rtol, "jac": jacobian}

@@ -10,7 +10,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from ..scene import attitude, parameter_file
-from ..scene.schema import one_line, shown, shown_name
+from ..scene.schema import one_line, shown_name
+from ..values.parameter import shown
 from .command_line import BEGIN, split
 
 _PARAMETER, _FILE, _REMAP = ("-p", "--param"), ("--params-file",), ("-r", "--remap")

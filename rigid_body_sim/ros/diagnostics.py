@@ -95,9 +95,7 @@ def _verdict(before: Reading, now: Reading, mode: str, failure: str) -> tuple[by
 def _motion(simulation: Simulation) -> dict[str, str]:
     state = simulation.state
     kinetic = invariants.kinetic_energy(simulation.body, state)
-    potential = invariants.potential_energy(
-        simulation.body, state, simulation.gravity, simulation.forces, simulation.tethers
-    )
+    potential = invariants.potential_energy(simulation.terms, state)
     return {
         "kinetic energy [J]": repr(kinetic),
         "potential energy [J]": repr(potential),

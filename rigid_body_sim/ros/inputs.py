@@ -11,9 +11,9 @@ from rclpy.qos_overriding_options import QoSOverridingOptions
 
 from ..scene import commands
 from ..scene.loader import Scene
-from ..scene.schema import shown
 from ..simulation import IntegratorError
 from ..values import rotation
+from ..values.parameter import shown
 from ..values.state import State
 from . import messages
 from .frame_turns import FrameTurns

@@ -10,7 +10,7 @@ from std_msgs.msg import Header
 
 from ..scene.commands import NOT_FINITE, UNKNOWN_FRAME, Limit, RefusedError, make_wrench, meaning, unlimited
 from ..scene.loader import Scene
-from ..scene.schema import shown
+from ..values.parameter import shown
 from ..values.wrench import Wrench
 
 NANOSECONDS = 1_000_000_000

@@ -146,7 +146,7 @@ class RigidBodyNode(Node):
         """Go on with the dynamic parameters of ``scene``. Raises ValueError, and changes nothing, when it cannot be."""
         terms, factor = scene.terms(), scene["real_time_factor"]
         if terms != self.scene.terms():
-            self.simulation.change(body=terms.body, gravity=terms.gravity, drag=terms.drag)
+            self.simulation.change(**terms.dynamic())
             self._plans_told.clear()
             self._tell_plan()
         if factor != self.scene["real_time_factor"]:

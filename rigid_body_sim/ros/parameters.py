@@ -10,6 +10,8 @@ from rclpy.parameter import Parameter
 from ..integrators import RULE
 from ..scene import attitude, parameter_file, schema
 from ..scene.loader import Scene
+from ..values.parameter import NAMES, shown
+from ..values.parameter import Parameter as SceneParameter
 
 _QOS = "qos_overrides."
 DEEPEST = 1_000_000  # messages in a queue: more would fill the memory before it is full
@@ -39,7 +41,7 @@ def declare(node: Node, given: Mapping[str, Any]) -> Scene:
     return scene
 
 
-def declare_values(node: Node, values: Mapping[str, Any], table: Mapping[str, schema.Parameter]) -> None:
+def declare_values(node: Node, values: Mapping[str, Any], table: Mapping[str, SceneParameter]) -> None:
     """Declare the parameters of a table with values that were checked and converted: what was given is not read again.
 
     rclpy would do so, more strictly: 1 is no 1.0 there.
@@ -60,7 +62,7 @@ class Refusals:
     would end the node.
     """
 
-    def __init__(self, node: Node, table: Mapping[str, schema.Parameter]):
+    def __init__(self, node: Node, table: Mapping[str, SceneParameter]):
         self._node, self._table = node, table
         node.add_pre_set_parameters_callback(self._complete)
         node.add_on_set_parameters_callback(self._set)
@@ -84,7 +86,7 @@ class Refusals:
     def _check(self) -> None:
         """Raise ValueError for a parameter that is none, is fixed, or arrived as a text that was meant for numbers."""
         for name, parameter in self._asked.items():
-            given = f"parameter {schema.shown_name(name)} = {schema.shown(parameter.value)}:"
+            given = f"parameter {schema.shown_name(name)} = {shown(parameter.value)}:"
             if parameter.type_ == Parameter.Type.NOT_SET:
                 raise ValueError(f"{given} is no value, and parameters cannot be taken away; give one")
             attitude.refuse_row(name, parameter.value, self._table)
@@ -93,7 +95,7 @@ class Refusals:
             elif name != SIM_TIME:
                 raise ValueError(f"{given} {_FIXED}")
 
-    def _check_own(self, given: str, known: schema.Parameter, parameter: Parameter) -> None:
+    def _check_own(self, given: str, known: SceneParameter, parameter: Parameter) -> None:
         if not known.dynamic:
             dynamic = ", ".join(each.name for each in self._table.values() if each.dynamic)
             raise ValueError(
@@ -138,7 +140,7 @@ class Changes(Refusals):
         if sim_time is True:
             raise ValueError(_USE_SIM_TIME)
         if sim_time is not False:
-            raise ValueError(f"parameter {SIM_TIME} = {schema.shown(sim_time)}: is not of type bool; leave it false")
+            raise ValueError(f"parameter {SIM_TIME} = {shown(sim_time)}: is not of type bool; leave it false")
 
     def _following(self) -> list[Parameter]:
         old, changed = self._scene.values, self._changed().values
@@ -155,22 +157,22 @@ class Changes(Refusals):
         return self._scene.changed({name: value for name, value in named.items() if not schema.belongs_to_ros(name)})
 
 
-def _as_numbers(known: schema.Parameter, parameter: Parameter) -> str:
+def _as_numbers(known: SceneParameter, parameter: Parameter) -> str:
     """What to write in place of a text, which a list is to `ros2 param set` when its numbers are of two kinds."""
     try:
         numbers = known.read(parameter.name, parameter_file.value(parameter.value))
     except ValueError:
         return f"give {known.rule if known.type is tuple else 'a number'}"
-    return f"write {schema.shown(numbers)}, with a point in every number"
+    return f"write {shown(numbers)}, with a point in every number"
 
 
 def _plain(value: Any) -> Any:
     return list(value) if isinstance(value, tuple) else value
 
 
-def _declare_empty_array(node: Node, name: str, parameter: schema.Parameter) -> None:
+def _declare_empty_array(node: Node, name: str, parameter: SceneParameter) -> None:
     """rclpy takes an empty list for bytes when it declares one; when it sets one it can be told the type."""
-    kind = Parameter.Type.STRING_ARRAY if parameter.type == schema.NAMES else Parameter.Type.DOUBLE_ARRAY
+    kind = Parameter.Type.STRING_ARRAY if parameter.type == NAMES else Parameter.Type.DOUBLE_ARRAY
     node.declare_parameter(name, kind, ignore_override=True)
     node.set_parameters([Parameter(name, kind, [])])
     descriptor = _descriptor(parameter)
@@ -199,9 +201,7 @@ def of_ros(given: Mapping[str, Any]) -> list[Parameter]:
             try:
                 parameters.append(Parameter(name, value=value))
             except TypeError:
-                raise ValueError(
-                    f"parameter {name} = {schema.shown(value)}: is not allowed; see docs/interface.md"
-                ) from None
+                raise ValueError(f"parameter {name} = {shown(value)}: is not allowed; see docs/interface.md") from None
     return parameters
 
 
@@ -209,11 +209,11 @@ def _check_qos(name: str, value: Any) -> None:
     policy = name.rpartition(".")[2]
     if policy == "depth" and (isinstance(value, bool) or not isinstance(value, int) or not 1 <= value <= DEEPEST):
         raise ValueError(
-            f"parameter {name} = {schema.shown(value)}: is not a whole number from 1 to {DEEPEST}; give one such as 10"
+            f"parameter {name} = {shown(value)}: is not a whole number from 1 to {DEEPEST}; give one such as 10"
         )
     choices = _QOS_CHOICES.get(policy)
     if choices is not None and value not in choices:
-        raise ValueError(f"parameter {name} = {schema.shown(value)}: is not allowed; give one of {', '.join(choices)}")
+        raise ValueError(f"parameter {name} = {shown(value)}: is not allowed; give one of {', '.join(choices)}")
 
 
 def refuse_undeclared(node: Node) -> None:
@@ -224,7 +224,7 @@ def refuse_undeclared(node: Node) -> None:
             raise ValueError(schema.unknown(name, name, declared))
 
 
-def _descriptor(parameter: schema.Parameter) -> ParameterDescriptor:
+def _descriptor(parameter: SceneParameter) -> ParameterDescriptor:
     descriptor = ParameterDescriptor(
         description=f"{parameter.text}{f' [{parameter.unit}]' if parameter.unit else ''}",
         additional_constraints=RULE if parameter.name == "integrator.name" else parameter.rule,

@@ -17,8 +17,8 @@ from rclpy.node import Node
 from rclpy.task import Future
 
 from ..scene.loader import Scene
-from ..scene.schema import shown
 from ..values import rotation
+from ..values.parameter import shown
 from ..values.state import State
 from . import messages
 from .loop import Loop, Run, StoppedError

@@ -7,8 +7,9 @@ from collections.abc import Mapping
 from typing import Any
 
 from ..values import rotation
+from ..values.parameter import Parameter, is_array, shown
 from . import schema
-from .schema import PARTS, Parameter, shown
+from .schema import PARTS
 
 Quaternion = tuple[float, float, float, float]
 
@@ -29,7 +30,7 @@ def read(given: Mapping[str, Any], table: Mapping[str, Parameter] = schema.BY_NA
 def refuse_row(name: str, value: Any, table: Mapping[str, Parameter] = schema.BY_NAME) -> None:
     """Raise ValueError, with both readings, where ``value`` is an attitude in a row, or another in place of parts."""
     prefix = name.removesuffix(".orientation")
-    if (prefix != name or schema.is_array(value)) and schema.has_attitude(prefix, table):
+    if (prefix != name or is_array(value)) and schema.has_attitude(prefix, table):
         raise ValueError(_in_a_row(name, prefix, value))
 
 
@@ -99,7 +100,7 @@ def _in_a_row(name: str, prefix: str, value: Any) -> str:
     """The sentence for an attitude that is not given by named parts."""
     parts, angles = f"{prefix}.orientation", f"{prefix}.rpy: [roll, pitch, yaw]"
     rule = f"write {parts}: {{{_written(PARTS)}}}, or {angles}"
-    if not schema.is_array(value):
+    if not is_array(value):
         return f"parameter {name} = {shown(value)}: is no attitude; {rule}"
     row = list(value)
     if len(row) != len(PARTS):

@@ -9,13 +9,13 @@ from typing import Any
 
 import numpy as np
 
-from ..effects.drag import Drag
-from ..effects.tether import Tether
+from ..effects import REGISTRY
 from ..terms import Terms
 from ..values import rotation
 from ..values.body import Body, positive
+from ..values.parameter import shown
 from ..values.state import State
-from ..values.wrench import PointForce, Wrench
+from ..values.wrench import Wrench
 from . import attitude, mass_source, parameter_file, schema
 
 
@@ -109,7 +109,7 @@ class Scene:
             return Body(mass, inertia, center)
         except ValueError as reason:
             name = "body.center_of_mass" if str(reason).startswith("center_of_mass") else "body.inertia"
-            raise ValueError(f"parameter {name} = {schema.shown(self[name])}: {reason}") from None
+            raise ValueError(f"parameter {name} = {shown(self[name])}: {reason}") from None
 
     def initial_state(self) -> State:
         """The state described by ``initial.*``."""
@@ -121,25 +121,13 @@ class Scene:
 
     def terms(self) -> Terms:
         """The body and all that acts on it without being sent."""
-        return Terms(self.body(), self["gravity"], self.drag(), self.tethers(), self.forces(), self["integrator.rtol"])
-
-    def drag(self) -> Drag:
-        """The drag described by ``drag.*``."""
-        return Drag(**{name: self[f"drag.{name}"] for name in Drag.__dataclass_fields__})
-
-    def tethers(self) -> tuple[Tether, ...]:
-        """The tethers described by ``tethers.*``, in the order of their names."""
-        return tuple(
-            Tether(**{last: self[f"tethers.{name}.{last}"] for last in Tether.__dataclass_fields__})
-            for name in schema.members("tethers", self.values)
+        return Terms(
+            self.body(), self["gravity"], self["integrator.rtol"], **{name: self.effect(name) for name in REGISTRY}
         )
 
-    def forces(self) -> tuple[PointForce, ...]:
-        """(point [m, body axes], force [N, world axes]) of each of ``forces.*``, in the order of their names."""
-        return tuple(
-            (self[f"forces.{name}.body_point"], self[f"forces.{name}.force"])
-            for name in schema.members("forces", self.values)
-        )
+    def effect(self, name: str) -> Any:
+        """What is described of the effect of that name in the registry; of those that may be many all, by name."""
+        return REGISTRY[name].read(self.values, schema.members(name, self.values))
 
     def _steps_per_publish(self) -> int:
         rate, publish_rate = self["rate"], self["publish_rate"]
@@ -164,13 +152,11 @@ class Scene:
         taken = [self["world_frame_id"], self["body.frame_id"], *names]
         for name, count in Counter(taken).items():
             if name.startswith("/"):
-                bare = schema.shown(name.lstrip("/"))
-                raise ValueError(
-                    f"frame name {schema.shown(name)} begins with '/', as no name in ROS 2 does; give {bare}"
-                )
+                bare = shown(name.lstrip("/"))
+                raise ValueError(f"frame name {shown(name)} begins with '/', as no name in ROS 2 does; give {bare}")
             if count > 1:
                 raise ValueError(
-                    f"frame name {schema.shown(name)} is used twice; "
+                    f"frame name {shown(name)} is used twice; "
                     "world_frame_id, body.frame_id and frames.* must all differ"
                 )
         return {name: self._frame(name) for name in names}

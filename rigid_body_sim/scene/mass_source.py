@@ -9,6 +9,7 @@ import numpy as np
 from ..mass.mass_properties import MassProperties, mass_of
 from ..mass.mesh import of_mesh
 from ..mass.shapes import SHAPES
+from ..values.parameter import shown
 from . import mesh_file, schema, urdf
 from .file_path import located
 
@@ -158,9 +159,9 @@ def _amount(values: Mapping[str, Any]) -> tuple[float | None, float | None]:
 def _told(reason: Exception) -> str:
     """What it says, with as much of a path as messages show of any text."""
     if isinstance(reason, OSError) and reason.filename is not None:
-        return f"{reason.strerror}: {schema.shown(os.fspath(reason.filename))}"
+        return f"{reason.strerror}: {shown(os.fspath(reason.filename))}"
     return str(reason)
 
 
 def _shown(value: Any) -> str:
-    return schema.shown(list(value) if isinstance(value, tuple) else value)
+    return shown(list(value) if isinstance(value, tuple) else value)

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..kernels.arrays import Floats, Integers
+from ..values.parameter import shown
 from . import mesh_corners, schema
 
 # Of what else trimesh reads, GLB may ask for any amount of memory in a few bytes, and 3MF and DAE need more packages.
@@ -64,7 +65,7 @@ def _by_trimesh(content: bytes, kind: str) -> tuple[Floats, Integers]:
     except IndexError:
         raise ValueError("a face has a corner that is none of its vertices") from None
     except Exception as reason:  # whatever a bad file makes of trimesh's readers
-        raise ValueError(schema.shown(" ".join(str(reason).split()))) from None
+        raise ValueError(shown(" ".join(str(reason).split()))) from None
     finally:
         log.disabled = disabled
     if corners.shape != (len(corners), 3):
@@ -117,7 +118,7 @@ def _obj(content: bytes, kind: str) -> tuple[Floats, Integers]:
     text = re.sub(rb"#[^\r\n]*", b"", text).replace(b"\t", b" ").replace(b"\r", b"\n")
     text = re.sub(rb"(?m)^ +", b"", text)
     if bad := re.search(rb"(?m)^f(?: .*)? [-+]?0+(?![0-9]).*$", text):
-        line = schema.shown(bad[0].decode("latin-1"))
+        line = shown(bad[0].decode("latin-1"))
         raise ValueError(f"the face {line} has the corner 0; numbers of vertices begin at 1")
     return _by_trimesh(_counted_from_the_first(text), kind)
 

@@ -14,9 +14,9 @@ from typing import Any
 
 import yaml
 
+from ..values.parameter import shown
 from . import attitude, schema
 from .file_path import beside
-from .schema import shown
 
 MOST_CHARACTERS = 1_000_000  # of a file; the scenes of this package have 1000
 PARAMETERS = "ros__parameters"

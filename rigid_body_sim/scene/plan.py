@@ -57,14 +57,14 @@ def explain(
     integrator: str, automatic: bool, terms: Terms, wrench: Wrench, turning: bool, stiffness: float | None
 ) -> Plan:
     """The plan in words, for a simulation that advances by ``integrator``; ``turning``: its spin is not zero."""
-    still = not (turning or terms.resisted or terms.turned_by(wrench))
+    still = not (turning or terms.loads or terms.turned_by(wrench))
     reason = _reason(integrator, terms, still, stiffness) if automatic else "as asked for"
     return Plan(integrator, reason, tuple(_left_out(terms, wrench, still)))
 
 
 def _reason(integrator: str, terms: Terms, still: bool, stiffness: float | None) -> str:
     if stiffness is not None:
-        what = " and ".join(["drag"] * terms.dragged + ["tethers"] * bool(terms.tethers))
+        what = " and ".join(terms.loads)
         if stiffness == math.inf:
             return f"{what}, stiff: the motion is too fast for an explicit method"
         return f"{what}, {'stiff' if stiffness > STIFF else 'not stiff'}: fastest rate {stiffness:.2g} a step"
@@ -91,9 +91,4 @@ def _left_out(terms: Terms, wrench: Wrench, still: bool) -> Iterator[str]:
         yield "body-axes torque"
     if not any(values[9:12]):
         yield "world-axes torque"
-    if not (wrench.points or terms.forces):
-        yield "forces at points"
-    if not terms.dragged:
-        yield "drag"
-    if not terms.tethers:
-        yield "tethers"
+    yield from terms.left_out(wrench)

@@ -13,6 +13,7 @@ import numpy as np
 from ..kernels.arrays import Floats
 from ..mass.mass_properties import MassProperties
 from ..values import inertia, rotation
+from ..values.parameter import shown
 from . import schema
 
 MOST_BYTES = 100_000_000  # of a file: large robots have some millions
@@ -92,7 +93,7 @@ def _refuse_xacro(root: ElementTree.Element) -> None:
             raise ValueError(f"has <{schema.shown_name(element.tag)}>, so it is xacro and no URDF yet; {_EXPAND}")
     for name in (link.get("name", "") for link in root.iterfind("link")):
         if _is_xacro(name):
-            raise ValueError(f"has a link {schema.shown(name)}, so it is xacro and no URDF yet; {_EXPAND}")
+            raise ValueError(f"has a link {shown(name)}, so it is xacro and no URDF yet; {_EXPAND}")
 
 
 def _is_xacro(text: str) -> bool:
@@ -137,7 +138,7 @@ def _refuse_declarations(_: str, system: str | None, public: str | None, inside:
 def _version(root: ElementTree.Element) -> str:
     version = root.get("version", _VERSIONS[0]).strip()
     if version not in _VERSIONS:
-        raise ValueError(f"has the URDF version {schema.shown(version)}; known are {', '.join(_VERSIONS)}")
+        raise ValueError(f"has the URDF version {shown(version)}; known are {', '.join(_VERSIONS)}")
     return version
 
 
@@ -146,17 +147,17 @@ def _of_link(root: ElementTree.Element, name: str) -> MassProperties:
     links = _links(root)
     name = name or _only_one(root, links)
     if name not in links:
-        raise ValueError(f"has no link {schema.shown(name)}; its links are {_listed(links)}{_deeper(root)}")
+        raise ValueError(f"has no link {shown(name)}; its links are {_listed(links)}{_deeper(root)}")
     inertials = links[name].findall("inertial")
     if not inertials:
         those = f"those that have one: {_listed(_with_mass(links))}{_mesh_instead(links[name])}"
-        raise ValueError(f"link {schema.shown(name)} has no <inertial>; {those}")
+        raise ValueError(f"link {shown(name)} has no <inertial>; {those}")
     try:
         if len(inertials) > 1:
             raise ValueError(f"<inertial> stands there {len(inertials)} times; a link has one")
         return _of_inertial(inertials[0], version)
     except ValueError as reason:
-        raise ValueError(f"link {schema.shown(name)}: {reason}") from None
+        raise ValueError(f"link {shown(name)}: {reason}") from None
 
 
 def _mesh_instead(link: ElementTree.Element) -> str:
@@ -185,7 +186,7 @@ def _links(root: ElementTree.Element) -> dict[str, ElementTree.Element]:
     links = {link.get("name", ""): link for link in found}
     if len(links) < len(found):
         twice, _ = Counter(link.get("name", "") for link in found).most_common(1)[0]
-        raise ValueError(f"has two links of the name {schema.shown(twice)}; give each a name of its own")
+        raise ValueError(f"has two links of the name {shown(twice)}; give each a name of its own")
     return links
 
 
@@ -261,10 +262,10 @@ def _refuse_unknown(element: ElementTree.Element) -> None:
     for name in element.attrib:
         if name not in known and ":" not in name and name != "xmlns":
             has = f"attributes {', '.join(known)}" if known else "no attributes"
-            raise ValueError(f"<{element.tag}> has an attribute {schema.shown(name)}; URDF has {has} there")
+            raise ValueError(f"<{element.tag}> has an attribute {shown(name)}; URDF has {has} there")
     text = "".join([element.text or "", *(part.tail or "" for part in element)]).strip()
     if text:
-        raise ValueError(f"<{element.tag}> has the text {schema.shown(text)} inside; URDF has no text there")
+        raise ValueError(f"<{element.tag}> has the text {shown(text)} inside; URDF has no text there")
 
 
 def _number(element: ElementTree.Element, name: str) -> float:
@@ -285,8 +286,8 @@ def _tensor(element: ElementTree.Element) -> Floats:
     for below, above in _BELOW.items():
         if below in element.attrib and _number(element, below) != _number(element, above):
             raise ValueError(
-                f"inertia {below} = {schema.shown(element.attrib[below])} is not {above}, "
-                f"{schema.shown(element.attrib[above])}; the matrix is symmetric, give {above} alone"
+                f"inertia {below} = {shown(element.attrib[below])} is not {above}, "
+                f"{shown(element.attrib[above])}; the matrix is symmetric, give {above} alone"
             )
     half_units = np.array([_half_unit(element.attrib[name]) for name in _ENTRIES])
     coarsest = _THREE_DIGITS * np.abs(matrix).max()
@@ -328,7 +329,7 @@ def _numbers(origin: ElementTree.Element, name: str, count: int) -> tuple[float,
     if len(text.split()) != count:
         hint = ", not commas" if "," in text else ""
         raise ValueError(
-            f"origin {name} = {schema.shown(text)} is not {_COUNTS[count]} numbers with spaces between them{hint}"
+            f"origin {name} = {shown(text)} is not {_COUNTS[count]} numbers with spaces between them{hint}"
         )
     return tuple(_float(part, f"origin {name}") for part in text.split())
 
@@ -344,4 +345,4 @@ def _no_number(text: str, name: str) -> ValueError:
     right = "write it in SI units, as in 0.25 or 2.5e-1" + (", with a point and no comma" if "," in text else "")
     if _is_xacro(text):
         right = f"it is xacro; {_EXPAND}"
-    return ValueError(f"{name} = {schema.shown(text)} is not a finite number; {right}")
+    return ValueError(f"{name} = {shown(text)} is not a finite number; {right}")

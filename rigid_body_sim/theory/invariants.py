@@ -4,17 +4,15 @@ Products are formed as long doubles, which have room for any of them: an energy 
 overflow or a difference of two infinities on the way.
 """
 
-from collections.abc import Sequence
-
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..effects.tether import Tether
+from ..effects import REGISTRY
 from ..kernels.arrays import Floats
+from ..terms import Terms
 from ..values import rotation
 from ..values.body import Body
 from ..values.state import BodyState, State
-from ..values.wrench import PointForce
 
 
 def kinetic_energy(body: Body, state: State) -> float:
@@ -24,26 +22,16 @@ def kinetic_energy(body: Body, state: State) -> float:
     return float((body.mass * (velocity @ velocity) + w_body @ body.inertia @ w_body) / 2)
 
 
-def potential_energy(
-    body: Body,
-    state: State,
-    gravity: ArrayLike,
-    forces: Sequence[PointForce] = (),
-    tethers: Sequence[Tether] = (),
-) -> float:
-    """−m g·x − Σ f·p + Σ ½ k s² [J]: of gravity, of constant forces at body-fixed points, and of stretched tethers.
+def potential_energy(terms: Terms, state: State) -> float:
+    """−m g·x [J] of gravity, with the centre of mass x, and that of each effect: see its file.
 
-    With gravity g [m/s², world], the centre of mass x, a force f [N, world] at the point p, and a tether's stiffness k
-    and stretch s, which is zero while it is slack. Gravity and forces have none at the world's origin.
+    Gravity and constant forces have none at the world's origin.
     """
-    energy = -body.mass * (np.asarray(gravity, np.longdouble) @ center_of_mass_position(body, state))
-    for point, force in forces:
-        energy -= np.asarray(force, np.longdouble) @ point_position(state, point)
-    for tether in tethers:
-        away = point_position(state, tether.body_point).astype(np.longdouble) - tether.anchor
-        stretch = np.sqrt(away @ away) - tether.rest_length
-        if stretch > 0.0 or not tether.slack:
-            energy += tether.stiffness * stretch * stretch / 2
+    body = terms.body
+    energy = -body.mass * (np.asarray(terms.gravity, np.longdouble) @ center_of_mass_position(body, state))
+    for name, acting in terms.acting.items():
+        if (energy_of := REGISTRY[name].energy) is not None:
+            energy += sum(energy_of(one, body, state) for one in acting)
     return float(energy)
 
 

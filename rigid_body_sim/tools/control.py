@@ -8,9 +8,9 @@ from numpy.typing import ArrayLike
 
 from ..kernels.arrays import Floats
 from ..scene import schema
-from ..scene.schema import Parameter
 from ..values import inertia as inertia_module
 from ..values import rotation
+from ..values.parameter import Parameter
 
 # The inertia is that of config/satellite.yaml.
 PARAMETERS = (

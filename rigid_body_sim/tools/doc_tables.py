@@ -10,17 +10,18 @@ from .. import integrators
 from ..command_line import Parser
 from ..mass.shapes import SHAPES
 from ..scene import schema
+from ..values.parameter import TYPES, Parameter
 from . import control
 
 
-def parameters_table(table: Iterable[schema.Parameter] = schema.TABLE) -> str:
+def parameters_table(table: Iterable[Parameter] = schema.TABLE) -> str:
     """Markdown table of parameters, by default of all that the schema has for the node, in their order."""
     lines = ["| name | type | default | unit | dynamic | allowed | meaning |", "|---|---|---|---|---|---|---|"]
     for p in table:
         shown = "must be given" if p.required else f"`{_shown(p.default)}`"
         dynamic = "yes" if p.dynamic else ""
         rule = integrators.RULE if p.name == "integrator.name" else p.rule
-        lines.append(f"| `{p.name}` | {schema.TYPES[p.type]} | {shown} | {p.unit} | {dynamic} | {rule} | {p.text} |")
+        lines.append(f"| `{p.name}` | {TYPES[p.type]} | {shown} | {p.unit} | {dynamic} | {rule} | {p.text} |")
     return "\n".join(lines)
 
 

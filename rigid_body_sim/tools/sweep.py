@@ -33,6 +33,7 @@ from ..kernels import compiled
 from ..scene import schema
 from ..scene.loader import Scene
 from ..simulation import SimulationError, load_kernels
+from ..values.parameter import TYPES
 
 RESULTS = ("position_max", "position_rms", "attitude_max", "attitude_rms", "state", "refusal")
 CONNECT_WITHIN = 10.0  # s
@@ -118,7 +119,7 @@ def _values(text: str, given: str, kind: type) -> Values:
     if kind is str:
         return tuple(given.split(","))
     if kind not in (int, float, tuple):
-        raise ValueError(f"--vary {text}: is of type {schema.TYPES[kind]}; numbers and texts can be varied")
+        raise ValueError(f"--vary {text}: is of type {TYPES[kind]}; numbers and texts can be varied")
     convert = int if kind is int else float
     try:
         if ":" not in given:

@@ -7,9 +7,10 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 from scipy.integrate._ivp import dop853_coefficients as published
 
-from rigid_body_sim import Body, Drag, Simulation, SimulationError, State, Tether, Wrench, terms
+from rigid_body_sim import Body, Drag, Simulation, SimulationError, State, Tether, Wrench
 from rigid_body_sim.integrators import dop853
 from rigid_body_sim.kernels import stiffness
+from rigid_body_sim.terms import Terms
 from rigid_body_sim.values import rotation
 from rigid_body_sim.values.state import flatten
 
@@ -162,8 +163,9 @@ def test_tether_that_begins_to_pull_with_a_jump_is_passed():
 
 
 def radius(state, body=BALL, drag=None, tethers=()):
-    model = terms.new_model(body, (0, 0, -G), Wrench(), drag or Drag(), tethers)
-    return stiffness.spectral_radius(flatten(state, model), model)
+    terms = Terms(body, (0, 0, -G), drag=drag or Drag(), tethers=tethers)
+    model = terms.model(Wrench())
+    return stiffness.spectral_radius(terms.kernels, flatten(state, model), model)
 
 
 def test_spectral_radius_of_drag_is_its_damping_rate():

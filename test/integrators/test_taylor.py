@@ -12,11 +12,13 @@ import pytest
 from mpmath import mpf
 from numpy.testing import assert_allclose, assert_array_equal
 
-from rigid_body_sim import Body, SimulationError, State, Wrench, terms
+from rigid_body_sim import Body, SimulationError, State, Wrench
 from rigid_body_sim import simulation as home
+from rigid_body_sim.integrators import steps_of
 from rigid_body_sim.integrators.taylor import INTEGRATOR
 from rigid_body_sim.kernels import compiled
 from rigid_body_sim.kernels import state as flat
+from rigid_body_sim.terms import Terms
 from rigid_body_sim.theory import invariants
 from rigid_body_sim.values import rotation
 from rigid_body_sim.values.state import flatten
@@ -240,9 +242,10 @@ ANGLES = [*(pytest.param(angle, marks=pytest.mark.no_numba) for angle in SMALL_A
 
 def attitude_after(steps, h, state, compensated=True):
     """Error [rad] of the attitude after so many steps of h [s], with the low-order parts of the state or without."""
-    model = terms.new_model(SYMMETRIC, (0, 0, 0), Wrench())
+    terms = Terms(SYMMETRIC)
+    model = terms.model(Wrench())
     numbers, work = flatten(state, model), np.zeros(INTEGRATOR.work_size)
-    advance = compiled.ready(INTEGRATOR.steps, numbers, model, work, h, 1)
+    advance = compiled.ready(steps_of(INTEGRATOR, terms.kernels), numbers, model, work, h, 1)
     true = closed_form(numbers, steps * mpf(h))
     for _ in range(steps):
         advance(numbers, model, work, h, 1)

@@ -6,10 +6,11 @@ import pytest
 from mpmath import mpf
 from numpy.testing import assert_allclose, assert_array_equal
 
-from rigid_body_sim import Body, Simulation, State, Wrench, terms
+from rigid_body_sim import Body, Simulation, State, Wrench
 from rigid_body_sim.kernels import compiled, free_motion
 from rigid_body_sim.kernels import state as flat
 from rigid_body_sim.report.reference import load
+from rigid_body_sim.terms import Terms
 from rigid_body_sim.values import rotation
 
 pytestmark = pytest.mark.no_numba
@@ -19,7 +20,7 @@ EPS = np.finfo(float).eps
 
 
 def model_of(moments):
-    return terms.new_model(Body(1.0, moments), (0, 0, 0), Wrench())
+    return Terms(Body(1.0, moments), (0, 0, 0)).model(Wrench())
 
 
 def turned(model, q, L, t):

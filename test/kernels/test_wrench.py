@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from rigid_body_sim import Body, Drag, Tether, Wrench, terms
+from rigid_body_sim import Body, Drag, Tether, Wrench
+from rigid_body_sim.effects import tether
 from rigid_body_sim.kernels import model as layout
 from rigid_body_sim.kernels import wrench as wrench_kernels
+from rigid_body_sim.terms import Terms
 from rigid_body_sim.values import rotation
 
 pytestmark = pytest.mark.no_numba
@@ -46,7 +48,7 @@ over_single_components = pytest.mark.parametrize(
 
 
 def reduced(wrench):
-    model = terms.new_model(BODY, GRAVITY, wrench)
+    model = Terms(BODY, GRAVITY).model(wrench)
     wrench_kernels.reduce_wrench(model)
     return model
 
@@ -84,7 +86,7 @@ def test_only_as_many_vectors_are_carried_as_the_wrench_needs(wrench, carried):
 )
 def test_angular_momentum_is_a_closed_form_only_when_all_torque_is_fixed_in_the_world(name, closed):
     centred = Body(1.0, (0.1, 0.2, 0.25))
-    model = terms.new_model(centred, GRAVITY, WRENCHES[name][0])
+    model = Terms(centred, GRAVITY).model(WRENCHES[name][0])
     wrench_kernels.reduce_wrench(model)
     assert model[layout.ONLY_WORLD_TORQUE] == closed
 
@@ -92,7 +94,7 @@ def test_angular_momentum_is_a_closed_form_only_when_all_torque_is_fixed_in_the_
 @over_single_components
 def test_torque_of_one_component_is_noticed_in_either_axes(torque):
     in_world, in_body = (
-        terms.new_model(CENTRED, GRAVITY, Wrench(**{name: torque})) for name in ("torque_world", "torque_body")
+        Terms(CENTRED, GRAVITY).model(Wrench(**{name: torque})) for name in ("torque_world", "torque_body")
     )
     wrench_kernels.reduce_wrench(in_world)
     assert (in_world[layout.N_CARRIED], in_world[layout.ONLY_WORLD_TORQUE]) == (1, 1)
@@ -104,7 +106,8 @@ def test_everything_given_has_a_place_of_its_own_in_the_model():
     drag = Drag((1, 2, 3), (4, 5, 6), (7, 8, 9), (10, 11, 12))
     tethers = [Tether((k, 2, 3), (4, 5, 6), 7.0, 8.0, 9.0) for k in range(3)]
     wrench = WRENCHES["everything"][0]
-    model = terms.new_model(BODY, GRAVITY, wrench, drag, tethers, 1e-7, PARALLEL)
+    model = Terms(BODY, GRAVITY, rtol=1e-7, drag=drag, tethers=tethers, forces=PARALLEL).model(wrench)
+    acting = [*wrench.points, *(one for one in PARALLEL if any(one[1]))]
     x, y, z = BODY.principal_moments
     given = {
         layout.MASS: BODY.mass,
@@ -113,21 +116,19 @@ def test_everything_given_has_a_place_of_its_own_in_the_model():
         layout.CENTER_OF_MASS: BODY.center_of_mass,
         layout.GRAVITY: GRAVITY,
         layout.WRENCH: wrench.values,
-        layout.N_POINTS: 6,
+        layout.N_LEVERS: len(acting),
         layout.EULER: ((y - z) / x, (z - x) / y, (x - y) / z),
-        layout.RESISTED: 1,
-        layout.DRAG: drag.values,
-        layout.N_TETHERS: 3,
-        layout.TETHERS_AT: len(model) - 30,
+        layout.LOADS: (1, len(model) - 42, 3, len(model) - 30, *(0,) * 12),  # drag and tethers: how many, and where
         layout.RTOL: 1e-7,
         layout.MOST_MOMENTUM: layout.FASTEST * BODY.mass,
         layout.SAFE_ANGULAR_MOMENTUM: layout.FASTEST * min(x, y, z) / (1.0 + math.hypot(*BODY.center_of_mass)),
-        layout.POINTS: np.ravel((*wrench.points, *PARALLEL)),
-        len(model) - 30: [tether.row(BODY.center_of_mass) for tether in tethers],
+        layout.LEVERS: [(*point, *force, 1.0) for point, force in acting],
+        len(model) - 42: drag.values,
+        len(model) - 30: [tether.EFFECT.row(one, BODY) for one in tethers],
     }
     for at, values in given.items():
         assert model[at : at + np.size(values)].tolist() == np.ravel(values).tolist(), at
-    assert sum(map(np.size, given.values())) == len(model) - (layout.POINTS - layout.REDUCED), "given places overlap"
+    assert sum(map(np.size, given.values())) == len(model) - (layout.LEVERS - layout.REDUCED), "given places overlap"
 
 
 def test_principal_axes_lead_back_to_body_axes():

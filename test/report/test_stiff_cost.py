@@ -6,7 +6,7 @@ from numpy.testing import assert_allclose
 
 from rigid_body_sim.kernels.state import LOW
 from rigid_body_sim.report import stiff_cost
-from rigid_body_sim.terms import new_model
+from rigid_body_sim.terms import Terms
 from rigid_body_sim.values.state import flatten
 from rigid_body_sim.values.wrench import Wrench
 
@@ -15,7 +15,7 @@ over_scenes = pytest.mark.parametrize("scene", stiff_cost.SCENES.values(), ids=s
 
 @over_scenes
 def test_jacobian_given_to_radau_is_that_of_its_right_hand_side(scene):
-    y = flatten(scene.state, new_model(scene.body, stiff_cost.GRAVITY, Wrench()))[:LOW]
+    y = flatten(scene.state, Terms(scene.body, stiff_cost.GRAVITY).model(Wrench()))[:LOW]
     slope, exact = stiff_cost.right_hand_side(scene), stiff_cost.exact_jacobian(scene)(0.0, y)
     # Along the quaternion itself, which no motion changes, the two may differ.
     along = np.delete(np.eye(LOW), slice(3, 7), axis=0).tolist()

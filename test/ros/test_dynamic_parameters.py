@@ -392,7 +392,7 @@ def test_no_value_makes_a_callback_raise_and_what_is_refused_changes_nothing(val
     before = (simulation.save(), simulation.body, simulation.drag)
     result = hooks.set(hooks.complete([Parameter(name, value=value) for name, value in values]))
     if result.successful:
-        assert (taken[-1].body(), taken[-1].drag()) == (simulation.body, simulation.drag)
+        assert (taken[-1].body(), taken[-1].effect("drag")) == (simulation.body, simulation.drag)
     else:
         assert result.reason and len(taken) == 1
         assert before == (simulation.save(), simulation.body, simulation.drag)

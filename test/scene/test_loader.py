@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
-from rigid_body_sim import Body, Drag, Scene, Simulation, Tether, load_scene, terms
+from rigid_body_sim import Body, Drag, Scene, Simulation, Tether, load_scene
 from rigid_body_sim.kernels import wrench as wrench_kernels
+from rigid_body_sim.terms import Terms
 from rigid_body_sim.values import rotation
 
 pytestmark = pytest.mark.no_numba
@@ -74,14 +75,14 @@ def test_scene_describes_its_drag_tethers_and_forces(scene_of):
             "forces: {lift: {force: [0.0, 0.0, 9.0]}, wind: {force: [1.0, 0.0, 0.0], body_point: [0.0, 0.0, 0.4]}}",
         )
     )
-    assert scene.drag() == Drag((1, 2, 3), angular_quadratic=(4, 5, 6))
+    assert scene.effect("drag") == Drag((1, 2, 3), angular_quadratic=(4, 5, 6))
     boom = Tether((0.1, 0.2, 0.3), (1, 0, 0), 0.0, 5.0, 0.5, False)
-    assert scene.tethers() == (boom, Tether((0, 0, 0), (0, 0, 5), 2.0, 1000.0, 0.0, True))
-    assert scene.forces() == (((0, 0, 0), (0, 0, 9)), ((0, 0, 0.4), (1, 0, 0)))
+    assert scene.effect("tethers") == (boom, Tether((0, 0, 0), (0, 0, 5), 2.0, 1000.0, 0.0, True))
+    assert scene.effect("forces") == (((0, 0, 0), (0, 0, 9)), ((0, 0, 0.4), (1, 0, 0)))
 
 
 def test_scene_without_them_has_none():
-    assert (Scene().drag(), Scene().tethers(), Scene().forces()) == (Drag(), (), ())
+    assert tuple(map(Scene().effect, ("drag", "tethers", "forces"))) == (Drag(), (), ())
 
 
 # Wrenches sent in a frame fixed to the body -------------------------------------------------------------------------
@@ -93,7 +94,7 @@ FORCE, TORQUE = np.array((1.0, -2.0, 3.0)), np.array((0.3, 0.2, -0.1))
 
 def force_and_torque(wrench, q):
     """Force and torque about the centre of mass [world] of a wrench on a body at the attitude q."""
-    model = terms.new_model(BODY, (0, 0, 0), wrench)
+    model = Terms(BODY, (0, 0, 0)).model(wrench)
     wrench_kernels.reduce_wrench(model)
     return wrench_kernels.force_world(model, *q), rotation.rotate(q, wrench_kernels.torque_principal(model, *q))
 

@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from rigid_body_sim import Body, Simulation, State, terms
+from rigid_body_sim import Body, Simulation, State
 from rigid_body_sim.kernels import model as layout
 from rigid_body_sim.mass.density import of_solid
+from rigid_body_sim.terms import Terms
 from rigid_body_sim.theory import dynamics, quaternion
 from rigid_body_sim.values import inertia, rotation
 from rigid_body_sim.values.wrench import Wrench
@@ -31,7 +32,7 @@ def measured_angular_acceleration():
 
 def test_euler_equation_2_5_6_takes_its_products_in_cyclic_order():
     alpha, (x, y, z) = measured_angular_acceleration()
-    euler = terms.new_model(Body(1.0, MOMENTS), (0, 0, 0), Wrench())[layout.EULER : layout.EULER + 3]
+    euler = Terms(Body(1.0, MOMENTS), (0, 0, 0)).model(Wrench())[layout.EULER : layout.EULER + 3]
     assert_allclose(euler * (y * z, z * x, x * y), alpha, rtol=0, atol=1e-11)  # measured 2.8e-13
     printed = euler * (y * z, y * z, y * z)
     assert abs(printed - alpha)[1:].min() > 0.5  # measured 2.6 and 0.53 rad/s²; row 1 is printed right

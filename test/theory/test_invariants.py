@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from rigid_body_sim import Body, Simulation, State, Tether
+from rigid_body_sim.terms import Terms
 from rigid_body_sim.theory import invariants
 from rigid_body_sim.values import rotation
 
@@ -32,7 +33,7 @@ def test_kinetic_energy_is_that_of_the_points():
 
 def test_potential_energy_is_that_of_the_points():
     expected = -MASSES @ POSITIONS @ GRAVITY
-    found = invariants.potential_energy(body_of_points(), STATE, GRAVITY)
+    found = invariants.potential_energy(Terms(body_of_points(), GRAVITY), STATE)
     assert found == pytest.approx(expected, rel=2e-15, abs=0)  # measured 1.9e-16
 
 
@@ -57,7 +58,7 @@ def test_potential_energy_of_forces_and_tethers_is_their_work():
     lengths = [np.linalg.norm(STATE.position + R @ np.array(t.body_point) - t.anchor) for t in TETHERS]
     springs = 0.5 * 40.0 * (lengths[0] - 2.0) ** 2 + 0.5 * 15.0 * (lengths[1] - 1.0) ** 2
     assert lengths[0] > 2.0 and lengths[2] < 5.0
-    found = invariants.potential_energy(body_of_points(), STATE, (0, 0, 0), LIFT, TETHERS)
+    found = invariants.potential_energy(Terms(body_of_points(), forces=LIFT, tethers=TETHERS), STATE)
     assert found == pytest.approx(forces + springs, rel=2e-15, abs=0)  # measured 0
 
 
@@ -70,8 +71,8 @@ def test_energy_is_kept_by_gravity_constant_forces_and_tethers_together():
     parts = []
     for _ in range(20):
         sim.step(10)
-        terms = [(sim.gravity, (), ()), ((0, 0, 0), sim.forces, ()), ((0, 0, 0), (), sim.tethers)]
-        potential = [invariants.potential_energy(body, sim.state, *term) for term in terms]
+        parts_of = ({"gravity": GRAVITY}, {"forces": LIFT}, {"tethers": TETHERS[:2]})
+        potential = [invariants.potential_energy(Terms(body, **part), sim.state) for part in parts_of]
         parts.append([invariants.kinetic_energy(body, sim.state), *potential])
     assert (np.ptp(parts, axis=0) > 10.0).all()  # J; measured 73, 94, 70 and 73
     assert np.ptp(np.sum(parts, axis=1)) < 1e-7  # J; measured 3.3e-9

@@ -95,7 +95,7 @@ def run(name, seconds):
 
 
 def energy(sim):
-    potential = invariants.potential_energy(sim.body, sim.state, sim.gravity, sim.forces, sim.tethers)
+    potential = invariants.potential_energy(sim.terms, sim.state)
     return invariants.kinetic_energy(sim.body, sim.state) + potential
 
 

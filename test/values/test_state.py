@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
-from rigid_body_sim import Body, State, Wrench, terms
+from rigid_body_sim import Body, State, Wrench
 from rigid_body_sim.kernels import model as layout
 from rigid_body_sim.kernels import state as flat
+from rigid_body_sim.terms import Terms
 from rigid_body_sim.values import rotation
 from rigid_body_sim.values.state import BodyState, flatten
 
@@ -21,12 +22,12 @@ STATE = State((1.0, 2.0, 3.0), (0.4, 0.2, -0.8, 0.4), (-0.5, 0.2, 1.0), (1.1, -2
 
 
 def flattened(state, body=BODY):
-    return flatten(state, terms.new_model(body, (0, 0, 0), Wrench()))
+    return flatten(state, Terms(body, (0, 0, 0)).model(Wrench()))
 
 
 def read_out(flat_state, body=BODY):
     out = np.zeros(flat.OUT_SIZE)
-    flat.read_out(flat_state, terms.new_model(body, (0, 0, 0), Wrench()), out)
+    flat.read_out(flat_state, Terms(body, (0, 0, 0)).model(Wrench()), out)
     return BodyState(out)
 
 
@@ -136,7 +137,7 @@ def test_sum_keeps_the_smaller_part_whichever_comes_first(terms):
 @pytest.mark.parametrize("wrong", [math.nan, math.inf, -math.inf])
 @pytest.mark.parametrize("place", [0, flat.Q, flat.LOW - 1])
 def test_one_number_that_is_not_finite_is_noticed(wrong, place):
-    numbers, model = np.full(flat.SIZE, 1e300), terms.new_model(Body(1.0, (1.0, 1.0, 1.0)), (0.0, 0.0, 0.0), Wrench())
+    numbers, model = np.full(flat.SIZE, 1e300), Terms(Body(1.0, (1.0, 1.0, 1.0)), (0.0, 0.0, 0.0)).model(Wrench())
     assert flat.is_finite(numbers, model)
     numbers[place] = wrong
     assert not flat.is_finite(numbers, model)
@@ -153,7 +154,7 @@ def test_one_number_that_is_not_finite_is_noticed(wrong, place):
 def test_momenta_count_as_finite_up_to_where_velocities_do(motion, most, axis):
     """Whatever the axis: the smallest moment does not bound the angular momentum about the others."""
     body = Body(2.0, (1.0, 1.0, 1e-99), center_of_mass=(0.0, 0.0, 1.0))
-    model = terms.new_model(body, (0.0, 0.0, 0.0), Wrench())
+    model = Terms(body, (0.0, 0.0, 0.0)).model(Wrench())
     for share, fits in ((0.99, True), (1.01, False), (-0.99, True), (-1.01, False)):
         numbers = flatten(State(**{motion: np.eye(3)[axis]}), model)
         numbers[flat.P : flat.LOW] *= share * most

@@ -1,10 +1,14 @@
 """SciPy: solve_ivp with the right-hand side of this package, which numba compiles."""
 
+from collections.abc import Callable
+from functools import cache
+
 import numpy as np
 
 from ...kernels import compiled
 from ...kernels import state as flat
-from ...kernels.motion import derivative
+from ...kernels.arrays import Floats
+from ...kernels.motion import Acting, derivative
 from ...kernels.wrench import reduce_wrench
 from ...terms import Terms
 from ...values.state import flatten
@@ -38,11 +42,21 @@ def _values(name: str, problem: Problem, quick: bool) -> list[float]:
     return [10.0**-k for k in (range(3, finest - 3, 3) if quick else range(3, finest + 1, 2))]
 
 
+@cache
+def derivative_of(acting: Acting) -> Callable[[Floats, Floats, Floats], None]:
+    """The kernel ``derivative(model, y, slope)`` under loads."""
+
+    def at_state(model: Floats, y: Floats, slope: Floats) -> None:
+        derivative(acting, model, y, 0, slope, 0)
+
+    return at_state
+
+
 class _Run:
     def __init__(self, name: str, problem: Problem, rtol: float):
         from scipy.integrate import solve_ivp
 
-        terms = Terms(problem.body, problem.gravity, problem.drag)
+        terms = Terms(problem.body, problem.gravity, drag=problem.drag)
         self._solve, self._name, self._rtol, self._hold = solve_ivp, name, rtol, problem.hold
         self._models = [terms.model(wrench) for wrench in problem.wrenches]
         for model in self._models:
@@ -50,7 +64,7 @@ class _Run:
         start = flatten(problem.initial, self._models[0])
         self._start, self._slope = start[: flat.LOW].copy(), np.zeros(flat.LOW)
         self._out = np.zeros(flat.OUT_SIZE)
-        self._derivative = compiled.ready(derivative, self._models[0], self._start, 0, self._slope, 0)
+        self._derivative = compiled.ready(derivative_of(terms.kernels), self._models[0], self._start, self._slope)
         self._read = compiled.ready(flat.read_out, start, self._models[0], self._out)
         # Momenta are small or large numbers: the absolute tolerance follows the size of each part of the state.
         self._atol = 1e-3 * rtol * np.repeat([_size(self._start[i:j]) for i, j in _PARTS], [3, 4, 3, 3])
@@ -77,7 +91,7 @@ class _Run:
 
     def _f(self, model, y):
         # Radau hands over columns of a matrix, and compiled code expects one number beside the other.
-        self._derivative(model, np.ascontiguousarray(y), 0, self._slope, 0)
+        self._derivative(model, np.ascontiguousarray(y), self._slope)
         return self._slope.copy()
 
     def counts(self) -> dict[str, int | None]:
