@@ -10,9 +10,11 @@ from typing import Any
 
 import numpy as np
 
-from . import integrators
+from . import integrators, stopped
 from .effects.drag import Drag
 from .effects.tether import Tether
+from .held import Held, steps_held
+from .integrators.stepping import Stepping
 from .kernels import compiled
 from .kernels import state as flat
 from .kernels.acceleration import acceleration_reader
@@ -23,8 +25,8 @@ from .scene import plan
 from .scene.loader import Scene
 from .terms import Terms
 from .values.body import Body
-from .values.state import BodyState, State, flatten
-from .values.wrench import ZERO, PointForce, Wrench, total
+from .values.state import BodyState, State, body_state, flatten
+from .values.wrench import ZERO, PointForce, Wrench
 
 _PACK_WRENCH = struct.Struct("12d").pack_into
 _WRENCH_OFFSET = 8 * WRENCH
@@ -34,7 +36,6 @@ LOWEST_RATE = 1e-9  # Hz: a step of 30 years
 HIGHEST_RATE = 1e6  # Hz: beyond it a step is shorter than the call that computes it
 NO_WRENCH = Wrench()
 MOST_AT_ONCE = 1_000_000  # steps in one kernel call, so that Ctrl-C is heard during a long run
-MOST_STEPS_HELD = 1e15
 
 
 class SimulationError(RuntimeError):
@@ -112,17 +113,14 @@ class Simulation:
         self.steps = 0
         self._h = 1.0 / self._rate
         self._rate_ratio = self._rate.as_integer_ratio()
-        self._kernels: dict[str, tuple[compiled.Steps, Floats]] = {}
-        self._out = np.zeros(flat.OUT_SIZE)
+        self._stepping = Stepping(self._terms.kernels)
         self._model = self._terms.model(NO_WRENCH)
         self._state = flatten(self.initial_state, self._model)
         self._origin = self._state.copy()
         self._state_view, self._origin_view = self._state.data, self._origin.data  # quicker to copy
-        self._read_kernel = compiled.ready(flat.read_out, self._state, self._model, self._out)
-        self._pose_kernel = compiled.ready(flat.read_pose, self._state, self._model)
-        self._impulse_kernel = compiled.ready(flat.add_impulse, self._state, self._model)
+        self._motion_kernel = compiled.ready(flat.read_motion, self._state, self._model)
         self._prepare()
-        self._begin_with({})
+        self._begin_with(Held())
 
     @classmethod
     def from_scene(cls, scene: Scene) -> "Simulation":
@@ -202,20 +200,19 @@ class Simulation:
         changes nothing, for a wrench that the integrator cannot be given.
         """
         expiry = None if hold is None else self.steps + steps_held(hold, self._rate)
-        if len(self._sources) == (source in self._sources):  # no other source holds one
+        if self._held.only(source):
             self._hold(wrench, expiry)
-            self._sources[source] = wrench, expiry
+            self._held.sources[source] = wrench, expiry
         else:
-            self._hold_all({**self._sources, source: (wrench, expiry)})
+            self._hold_all(self._held.having(source, wrench, expiry))
 
     def clear_wrench(self) -> None:
         """Hold no wrench, from no source."""
-        self._hold_all({})
+        self._hold_all(Held())
 
-    def _hold_all(self, sources: dict[str, tuple[Wrench, int | None]]) -> None:
-        ends = [expiry for _, expiry in sources.values() if expiry is not None]
-        self._hold(total(wrench for wrench, _ in sources.values()), min(ends, default=None))
-        self._sources = sources
+    def _hold_all(self, held: Held) -> None:
+        self._hold(held.total, held.end)
+        self._held = held
 
     def _hold(self, wrench: Wrench, expiry: int | None) -> None:
         """Hold ``wrench`` up to step ``expiry``."""
@@ -230,9 +227,8 @@ class Simulation:
 
     def _end_holding(self) -> None:
         """Go on without the sources whose time has run out. Raises SimulationError when the others cannot be held."""
-        left = {name: held for name, held in self._sources.items() if held[1] is None or held[1] > self.steps}
         try:
-            self._hold_all(left)
+            self._hold_all(self._held.left_at(self.steps))
         except ValueError as reason:  # what ended kept the sum small, or turned no body
             raise SimulationError(
                 f"step {self.steps + 1} cannot be done: the time of one of several wrenches has run out, and {reason}"
@@ -251,7 +247,8 @@ class Simulation:
         if new.body != self.body:
             state = flatten(self.state, new.model(NO_WRENCH))
         if new.kernels is not self._terms.kernels:
-            self._kernels.clear()
+            self._stepping = Stepping(new.kernels)
+            vars(self).pop("_acceleration_kernel", None)
         self._terms = new
         self._state[:] = state
         self._begin_anew()
@@ -264,9 +261,8 @@ class Simulation:
         """
         struck = self._state.copy()
         with np.errstate(over="ignore", invalid="ignore"):
-            self._impulse_kernel(struck, Terms(self.body).model(impulse))
-            self._read_kernel(struck, self._model, self._out)
-        if not (np.isfinite(struck).all() and np.isfinite(self._out).all() and self._is_slow_enough()):
+            flat.add_impulse(struck, Terms(self.body).model(impulse))
+        if not (np.isfinite(struck).all() and self._is_slow_enough(struck)):
             raise ValueError(f"impulse {impulse!r} refused: the motion that follows is not finite; give a smaller one")
         self._state[:] = struck
         self._begin_anew()
@@ -301,25 +297,27 @@ class Simulation:
     @property
     def state(self) -> BodyState:
         """A copy of the state: of the body frame, with momentum and angular momentum."""
-        self._read_kernel(self._state, self._model, self._out)
-        return BodyState(self._out.copy())
+        return body_state(self._motion_kernel(self._state, self._model), self._state)
 
     @property
     def pose(self) -> tuple[float, ...]:
-        """(x, y, z [m], qw, qx, qy, qz) of the body frame in the world: the quickest way to read a pose back."""
+        """(x, y, z [m], qw, qx, qy, qz) of the body frame in the world: the quickest way to read a pose back.
+
+        Its first use compiles a kernel.
+        """
         return self._pose_kernel(self._state, self._model)
+
+    @cached_property
+    def _pose_kernel(self) -> Callable[..., tuple[float, ...]]:
+        return compiled.ready(flat.read_pose, self._state, self._model)
 
     @property
     def motion(self) -> tuple[float, ...]:
         """Pose (7, as ``pose``), velocity of the origin and ω in world axes (6), both in body axes (6): 19 numbers.
 
-        The quickest way to read all of them; its first use compiles a kernel.
+        The quickest way to read all of them.
         """
         return self._motion_kernel(self._state, self._model)
-
-    @cached_property
-    def _motion_kernel(self) -> Callable[..., tuple[float, ...]]:
-        return compiled.ready(flat.read_motion, self._state, self._model)
 
     @property
     def acceleration(self) -> tuple[float, ...]:
@@ -338,41 +336,40 @@ class Simulation:
         self._state[:] = flatten(self.initial_state if state is None else state, self._model)
         if not keep_time:
             self.steps = 0
-        self._begin_anew({})
+        self._begin_anew(Held())
 
     def restart_time(self) -> None:
         """Count steps from zero. The motion goes on, and each held wrench for what is left of its time."""
-        passed, held = self.steps, self._sources.items()
-        self._sources = {name: (wrench, None if end is None else end - passed) for name, (wrench, end) in held}
-        self._expiry = None if self._expiry is None else self._expiry - passed
+        self._held = self._held.earlier(self.steps)
+        self._expiry = self._held.end
         if self._origin_steps is not None:
-            self._origin_steps -= passed
+            self._origin_steps -= self.steps
         self.steps = 0
 
     def set_state(self, state: State) -> None:
         """Go on from ``state``; time and held wrenches stay. Raises ValueError, and changes nothing, on overflow."""
         flattened = flatten(state, self._model)
-        self._read_kernel(flattened, self._model, self._out)
-        if not self._is_slow_enough():
+        if not self._is_slow_enough(flattened):
             raise ValueError(f"{state!r} moves too fast; give velocities below {FASTEST:g} m/s and rad/s")
         self._state[:] = flattened
         self._begin_anew()
 
-    def _is_slow_enough(self) -> bool:
-        """Whether the velocities just read are finite in whatever axes; NaN is not."""
-        return bool((np.abs(self._out[7:13]) < FASTEST).all())
+    def _is_slow_enough(self, state: Floats) -> bool:
+        """Whether the pose is finite and the velocities are in whatever axes; NaN is not."""
+        motion = self._motion_kernel(state, self._model)
+        return bool(np.isfinite(motion).all() and (np.abs((*motion[7:10], *motion[16:19])) < FASTEST).all())
 
     def save(self) -> Snapshot:
         """Step count, state with its low-order parts, and held wrench, exact to the bit."""
         origin = None if self._origin_steps is None else (self._origin_steps, tuple(self._origin.tolist()))
         state = tuple(self._state.tolist())
-        sources = tuple((name, *held) for name, held in self._sources.items())
+        sources = tuple((name, *held) for name, held in self._held.sources.items())
         return Snapshot(self.steps, state, sources, origin, self._stiffness)
 
     def restore(self, snapshot: Snapshot) -> None:
         """Continue from a snapshot taken with the same body, rate, gravity and integrator: the same bits follow."""
         self._stiffness = snapshot.stiffness
-        self._begin_with({name: (wrench, expiry) for name, wrench, expiry in snapshot.sources})
+        self._begin_with(Held({name: (wrench, expiry) for name, wrench, expiry in snapshot.sources}))
         self._state[:] = snapshot.state
         self.steps = snapshot.steps
         if self._origin_steps is not None:
@@ -404,32 +401,20 @@ class Simulation:
 
     def _prepare(self) -> None:
         """Make every integrator ready to which a wrench or a stiff motion leads, and measure the stiffness."""
+        self._stepping.make_ready(within_reach(self._terms, self._asked_for))
         self._stiffness = None
-        if self._asked_for is not None:
-            self._make_ready(self._asked_for)
-            return
-        loaded = bool(self._terms.loads)
-        for name in plan.within_reach(loaded):
-            self._make_ready(integrators.REGISTRY[name])
-        if loaded:
+        if self._asked_for is None and self._terms.loads:
             self._stiffness = spectral_radius(self._terms.kernels, self._state, self._model) * self._h
 
-    def _make_ready(self, integrator: integrators.Integrator) -> None:
-        if integrator.name not in self._kernels:
-            work = np.zeros(integrator.work_size)
-            steps = integrators.steps_of(integrator, self._terms.kernels)
-            kernel = compiled.ready_steps(steps, self._state, self._model, work, self._h, 1)
-            self._kernels[integrator.name] = kernel, work
-
-    def _begin_anew(self, sources: dict[str, tuple[Wrench, int | None]] | None = None) -> None:
-        """After the state or the terms were changed from outside; with other ``sources``, where those changed too."""
+    def _begin_anew(self, held: Held | None = None) -> None:
+        """After the state or the terms were changed from outside; with others held, where those changed too."""
         self._model = self._terms.model(NO_WRENCH)
         self._prepare()
-        self._begin_with(self._sources if sources is None else sources)
+        self._begin_with(self._held if held is None else held)
 
-    def _begin_with(self, sources: dict[str, tuple[Wrench, int | None]]) -> None:
-        self._install(total(wrench for wrench, _ in sources.values()))
-        self._hold_all(sources)
+    def _begin_with(self, held: Held) -> None:
+        self._install(held.total)
+        self._hold_all(held)
 
     def _install(self, wrench: Wrench) -> None:
         integrator = self._asked_for or self._choose(wrench)
@@ -437,7 +422,7 @@ class Simulation:
         if refusal:
             raise IntegratorError(refusal)
         self.integrator = integrator
-        self._steps_kernel, self._work = self._kernels[integrator.name]
+        self._steps_kernel, self._work = self._stepping.of(integrator)
         self._model = self._terms.model(wrench)
         self._model_bytes = self._model.data.cast("B")
         self._wrench = wrench
@@ -475,31 +460,11 @@ class Simulation:
         return self._steps_kernel(self._state, self._model, self._work, self._h, since + n) - since
 
     def _why_stopped(self) -> str:
-        state = self.state
-        spin, speed = math.hypot(*state.angular_velocity), math.hypot(*state.velocity)  # norms that cannot overflow
-        return (
-            f"step {self.steps + 1} cannot be done: the state {self._cause_of_stop(spin)}; the last good state is kept "
-            f"(spin {spin:.3g} rad/s, speed {speed:.3g} m/s, held {self._wrench!r}); use a smaller wrench"
-            f"{', a looser rtol' if self.integrator.adaptive else ''} or a higher rate"
+        terms, integrator, wrench = self._terms, self.integrator, self._wrench
+        since = None if self._origin_steps is None else self.steps + 1 - self._origin_steps
+        return stopped.why(
+            self.steps + 1, self.state, wrench, terms=terms, integrator=integrator, h=self._h, since=since
         )
-
-    def _cause_of_stop(self, spin: float) -> str:
-        """What is known about why a step cannot be done, from the state that was kept."""
-        angle, limit, cause = spin * self._h, 5e4, "would turn by more than about 1e5 rad in one step"
-        if self._origin_steps is not None:
-            angle, limit = angle * (self.steps + 1 - self._origin_steps), 5e14
-            cause = "would have turned by more than about 1e15 rad, with no digit left, since the wrench last changed"
-        if angle >= limit:
-            return cause
-        # It is not the spin, then; a torque may still be the cause.
-        causes = ["would not be finite"]
-        if self._terms.turned_by(self._wrench) or self._terms.driven:
-            causes.append(cause)
-        if self._terms.loads:
-            causes.append(
-                "is driven by drag or a tether too stiff, or ringing too fast, for the integrator and its rtol"
-            )
-        return ", or ".join(causes)
 
 
 def _restored(
@@ -510,26 +475,8 @@ def _restored(
     return simulation
 
 
-def steps_held(hold: float, rate: float) -> int:
-    """Steps of a ``rate`` [Hz] for which a wrench is held: as many as fit into ``hold`` [s], and at least one.
-
-    A millionth of a step, or the last digits of a long time, is taken for round-off: 0.29 s at 100 Hz are 29 steps,
-    though their product is just below. Raises ValueError for a time of zero or less, or of more than 1e15 steps.
-    """
-    steps = hold * rate
-    if not 0.0 < steps <= MOST_STEPS_HELD:
-        raise ValueError(
-            f"hold {hold:g} s is not a time greater than zero and of at most {MOST_STEPS_HELD:g} steps; "
-            "leave it out to hold for ever"
-        )
-    return max(1, math.floor(steps + max(1e-6, 4e-16 * steps)))
-
-
-def kernels_are_cached() -> bool:
-    return True
-
-
-def load_kernels() -> None:
-    """Compile what any plan may need, or load it from the cache: whoever calls this waits for no compiler later."""
-    for drag in (Drag(), Drag(linear=(1.0, 1.0, 1.0))):
-        Simulation(Body(mass=1.0, inertia=(1.0, 1.0, 1.0)), drag=drag)
+def within_reach(terms: Terms, asked_for: integrators.Integrator | None = None) -> list[integrators.Integrator]:
+    """Every integrator to which a wrench or a stiff motion leads: the one asked for, or those of ``auto``."""
+    if asked_for is not None:
+        return [asked_for]
+    return [integrators.REGISTRY[name] for name in plan.within_reach(bool(terms.loads))]

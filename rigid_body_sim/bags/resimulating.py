@@ -11,10 +11,11 @@ from typing import Any
 
 import numpy as np
 
+from ..held import steps_held
 from ..kernels.arrays import Floats, Integers
 from ..scene import commands
 from ..scene.loader import Scene
-from ..simulation import Simulation, steps_held
+from ..simulation import Simulation
 from . import journal, timing
 from .problem import Commands, Problem
 from .rosbags_support import BagError

@@ -10,7 +10,7 @@ import os
 from collections.abc import Callable, Sequence
 from functools import cache
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -93,6 +93,27 @@ def table(rows: Sequence[Sequence[float]], width: int) -> Vector:
     return np.array(flat) if ENABLED else flat
 
 
+class Request(NamedTuple):
+    """A kernel, and arguments of the types for which it is wanted."""
+
+    function: Callable[..., Any]
+    examples: tuple[Any, ...]
+
+    @property
+    def is_met(self) -> bool:
+        """Whether compiled code is there, or none is needed, so that ``ready`` takes no time."""
+        if not ENABLED:
+            return True
+        dispatcher, signature = _entry(self.function), self.signature
+        has: bool = dispatcher._cache.has(signature, dispatcher.targetctx.codegen())
+        return has or signature in dispatcher.overloads
+
+    @property
+    def signature(self) -> tuple[Any, ...]:
+        """Types of the arguments, as numba names them."""
+        return tuple(map(numba.typeof, self.examples))
+
+
 def ready(function: Callable[..., _Result], *examples: object) -> Callable[..., _Result]:
     """Compile ``function`` now, for arguments of the types of ``examples``, and return what calls it fastest.
 
@@ -102,19 +123,18 @@ def ready(function: Callable[..., _Result], *examples: object) -> Callable[..., 
     """
     if not ENABLED:
         return lambda *arguments: function(*(a.data if isinstance(a, np.ndarray) else a for a in arguments))
-    signature = tuple(map(numba.typeof, examples))
-    dispatcher = _entry(function)
+    dispatcher, signature = _entry(function), Request(function, examples).signature
     dispatcher.compile(signature)
     entry: Callable[..., _Result] = dispatcher.overloads[signature].entry_point
     return entry
 
 
-def ready_steps(steps: Steps, *examples: object) -> Steps:
+def ready_steps(request: Request) -> Steps:
     """``ready`` for an integrator's kernel, which refuses a step that cannot be done: see integrators.base.
 
     Compiled, such a step shows as inf or NaN, by IEEE rules. Plain Python raises instead, in the middle of the step.
     """
-    run = ready(steps, *examples)
+    run: Steps = ready(request.function, *request.examples)
     return run if ENABLED else lambda *arguments: _refuse_what_raises(run, *arguments)
 
 
@@ -129,12 +149,3 @@ def _refuse_what_raises(run: Steps, state: Floats, model: Floats, work: Floats, 
         return 0
     first = _refuse_what_raises(run, state, model, work, h, n // 2)
     return first + (_refuse_what_raises(run, state, model, work, h, n - first) if first == n // 2 else 0)
-
-
-def is_cached(function: Callable[..., Any], *examples: object) -> bool:
-    """Whether ``ready`` will find compiled code for these (or needs none), so that it takes no time."""
-    if not ENABLED:
-        return True
-    dispatcher, signature = _entry(function), tuple(map(numba.typeof, examples))
-    has: bool = dispatcher._cache.has(signature, dispatcher.targetctx.codegen())
-    return has or signature in dispatcher.overloads

@@ -35,7 +35,6 @@ LOW = 13  # where the low-order parts begin
 SIZE = 26
 THIN = 10.0  # ratio of the moments above which a body counts as thin
 NO_LOW_PARTS = 1e-280  # kg m²/s: below it, low-order parts underflow
-OUT_SIZE = 19  # position 3, orientation 4, velocity 3, angular velocity 3, momentum 3, angular momentum 3
 
 
 @kernel
@@ -151,19 +150,6 @@ def read_motion(
     ux, uy, uz = qrotate_back(qw, qx, qy, qz, vx, vy, vz)
     sx, sy, sz = qrotate(qw, qx, qy, qz, wx, wy, wz)
     return px, py, pz, qw, qx, qy, qz, vx, vy, vz, sx, sy, sz, ux, uy, uz, wx, wy, wz
-
-
-@kernel
-def read_out(state: Floats, model: Floats, out: Floats) -> None:
-    """Fill ``out`` (19) with position, orientation, velocity, angular velocity, momentum and angular momentum."""
-    px, py, pz, qw, qx, qy, qz, vx, vy, vz, _, _, _, _, _, _, wx, wy, wz = read_motion(state, model)
-    out[0], out[1], out[2] = px, py, pz
-    out[3], out[4], out[5], out[6] = qw, qx, qy, qz
-    out[7], out[8], out[9] = vx, vy, vz
-    out[10], out[11], out[12] = wx, wy, wz
-    for i in range(3):
-        out[13 + i] = state[P + i]
-        out[16 + i] = state[L + i]
 
 
 @kernel

@@ -3,7 +3,8 @@
 import argparse
 import shlex
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 
 from ..command_line import Parser
 
@@ -27,18 +28,30 @@ def split(args: Sequence[str] | None) -> tuple[list[str], list[str]]:
     return own, ros
 
 
-def answer(prog: str, description: str, example: str, args: Sequence[str] | None) -> None:
-    """Answer --help and --version, and refuse what else is not ROS's; ``example`` is what to write after ``prog``."""
+def answer(
+    prog: str,
+    description: str,
+    example: str,
+    args: Sequence[str] | None,
+    switches: Mapping[str, str] = MappingProxyType({}),
+) -> set[str]:
+    """Answer --help and --version, and refuse what else is not ROS's; ``example`` is what to write after ``prog``.
+
+    Returns which of the ``switches``, given with a text for --help, there are.
+    """
     parser = Parser(
         prog,
         description,
         epilog=f"{_HELP}example:\n  {prog} {example}",
-        usage="%(prog)s [-h] [--version] [--ros-args ...]",
+        usage=f"%(prog)s [-h] [--version] {''.join(f'[{switch}] ' for switch in switches)}[--ros-args ...]",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    _, unknown = parser.parse_known_args(split(args)[0])
+    for switch, text in switches.items():
+        parser.add_argument(switch, action="append_const", const=switch, dest="switches", help=text)
+    options, unknown = parser.parse_known_args(split(args)[0])
     if unknown := [argument for argument in unknown if argument != END]:
         parser.error(f"argument {shlex.quote(unknown[0])} is not known{_meant(prog, unknown)}")
+    return set(vars(options).get("switches") or ())
 
 
 def _meant(prog: str, unknown: Sequence[str]) -> str:

@@ -4,8 +4,8 @@ import math
 from collections import deque
 from collections.abc import Callable
 
+from ..held import steps_held
 from ..scene.loader import Scene
-from ..simulation import steps_held
 
 ENOUGH = 3  # changes of the frame, as by four commands of four rotors
 WITHIN = 50  # commands, of which a controller in one frame sends the most, and a gust in another a few

@@ -1,6 +1,8 @@
 """Entry point of rigid_body_node."""
 
 import sys
+from collections.abc import Mapping
+from typing import Any
 
 from . import command_line, middleware, program
 
@@ -10,6 +12,9 @@ DESCRIPTION = """Simulates a rigid body: wrench commands in, pose and twist out,
 Without parameters it is a body of 1 kg at rest. All parameters, topics and services: docs/interface.md."""
 EXAMPLE = "--ros-args --params-file config/satellite.yaml -p body.mass:=2.0 -r __ns:=/satellite"
 
+COMPILE = "--compile"
+COMPILE_TEXT = "compile what any scene may need into the cache, for images and CI, and end"
+
 
 def main(args: list[str] | None = None) -> int:
     """Run the node until Ctrl-C or SIGTERM. Returns the exit status: 0, or 1 when the node cannot start.
@@ -18,7 +23,8 @@ def main(args: list[str] | None = None) -> int:
     """
     program.open_standard_streams()
     stop = program.StopRequest()  # before anything slow is imported or compiled
-    command_line.answer(NAME, DESCRIPTION, EXAMPLE, args)
+    if command_line.answer(NAME, DESCRIPTION, EXAMPLE, args, {COMPILE: COMPILE_TEXT}) == {COMPILE}:
+        return _compile_everything()
     from . import arguments
 
     try:
@@ -28,21 +34,36 @@ def main(args: list[str] | None = None) -> int:
     except ValueError as reason:
         print(f"{NAME}: {reason}", file=sys.stderr)
         return 1
-    _load_kernels()
+    _compile(given.parameters)
     from .node import RigidBodyNode
 
     return program.run(NAME, RigidBodyNode, stop, given)
 
 
-def _load_kernels() -> None:
-    """Before the node joins the network, and for all of its life: a parameter may bring drag into a scene without."""
+def _compile(given: Mapping[str, Any]) -> None:
+    """What the scene needs, before the node joins the network; what parameters may bring into it, meanwhile."""
+    from .. import first_start
     from ..kernels import compiled
-    from ..simulation import kernels_are_cached, load_kernels
 
-    if not kernels_are_cached():
+    now, later = first_start.of_parameters(given)
+    if first_start.missing(now):
         found = "; the next start finds them" if compiled.FOLDER else ""
-        print(f"rigid_body_node: compiling kernels, up to a minute{found}", file=sys.stderr)
-    load_kernels()
+        print(f"{NAME}: compiling kernels for this scene, some seconds{found}", file=sys.stderr, flush=True)
+    first_start.compile_together(now)
+    first_start.compile_in_background(later)
+
+
+def _compile_everything() -> int:
+    from .. import first_start
+    from ..kernels import compiled
+
+    if compiled.FOLDER is None:
+        print(f"{NAME}: {compiled.NO_FOLDER or 'numba is not in use, so there is nothing to compile'}", file=sys.stderr)
+        return 1
+    missing = first_start.missing(first_start.everything())
+    first_start.compile_together(missing)
+    print(f"{NAME}: compiled {len(missing)} kernels into {compiled.FOLDER}")
+    return 0
 
 
 if __name__ == "__main__":

@@ -44,13 +44,10 @@ def choose(turned: bool, stiffness: float | None) -> str:
     return "taylor" if turned else "exact"
 
 
-def within_reach(resisted: bool) -> set[str]:
-    """Names of the integrators to which the choice can lead as long as drag and tethers stay or stay away."""
-    return {
-        choose(turned, stiffness)
-        for turned in (False, True)
-        for stiffness in ((0.0, math.inf) if resisted else (None,))
-    }
+def within_reach(loaded: bool) -> list[str]:
+    """Names of the integrators to which the choice can lead as long as loads stay or stay away."""
+    stiffnesses = (0.0, math.inf) if loaded else (None,)
+    return list(dict.fromkeys(choose(turned, stiffness) for turned in (False, True) for stiffness in stiffnesses))
 
 
 def explain(

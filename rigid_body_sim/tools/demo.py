@@ -13,11 +13,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from .. import first_start
 from ..command_line import Parser
 from ..scene.installed import installed_scene
 from ..scene.loader import Scene, load_scene
 from ..scene.schema import PARTS
-from ..simulation import kernels_are_cached
 from ..values import rotation
 from . import findings, picture
 from .processes import ChildError, Children, children
@@ -141,8 +141,8 @@ def _private_domain() -> None:
 
 
 def _start_node(running: Children, scene_path: Path, scene: Scene) -> None:
-    if not kernels_are_cached():
-        print("The kernels are compiled first, which takes up to a minute and happens once.", flush=True)
+    if first_start.missing(first_start.needed(scene.terms())):
+        print("The kernels are compiled first, which takes some seconds and happens once.", flush=True)
     running.start(
         "rigid_body_sim.ros.main", ["--ros-args", "--params-file", str(scene_path), "-p", "start_paused:=true"]
     )

@@ -24,7 +24,7 @@ from typing import Any
 
 import numpy as np
 
-from .. import __version__, integrators
+from .. import __version__, first_start, integrators
 from ..bags import resimulating
 from ..bags.comparison import Comparison
 from ..bags.problem import Problem
@@ -32,7 +32,7 @@ from ..bags.rosbags_support import BagError
 from ..kernels import compiled
 from ..scene import schema
 from ..scene.loader import Scene
-from ..simulation import SimulationError, load_kernels
+from ..simulation import SimulationError
 from ..values.parameter import TYPES
 
 RESULTS = ("position_max", "position_rms", "attitude_max", "attitude_rms", "state", "refusal")
@@ -307,7 +307,8 @@ def one_run(work: Work, values: Values) -> dict[str, Any]:
 @functools.cache
 def _warm() -> None:
     """Once a worker, before its first run: then no run waits for a compiler."""
-    load_kernels()
+    for requests in first_start.of_parameters({}):
+        first_start.compile_together(requests)
 
 
 _work: Work | None = None  # of a worker process

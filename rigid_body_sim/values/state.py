@@ -1,5 +1,7 @@
 """The state of a rigid body as users read and write it; the flat layout that kernels advance is in kernels.state."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -94,6 +96,11 @@ class BodyState(State):
     def angular_momentum(self) -> Floats:
         """Angular momentum L [kg m²/s] about the centre of mass, world axes, shape (3,)."""
         return self.values[16:19]
+
+
+def body_state(motion: Sequence[float], flat: Floats) -> BodyState:
+    """What users read of a flat state and the ``motion`` that kernels.state.read_motion makes of it."""
+    return BodyState(np.array((*motion[:10], *motion[16:], *flat[P:LOW].tolist())))
 
 
 def flatten(state: State, model: Floats) -> Floats:

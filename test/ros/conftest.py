@@ -5,7 +5,7 @@ import os
 
 import pytest
 
-from rigid_body_sim.simulation import load_kernels
+from rigid_body_sim import first_start
 
 from .domains import USUAL, free_domain
 
@@ -83,4 +83,4 @@ def _connections(run_node):
 @pytest.fixture(scope="session", autouse=True)
 def _kernels_in_the_cache():
     """Compiled once here: else the first nodes do it, for many seconds, and say so on stderr."""
-    load_kernels()
+    first_start.compile_together(first_start.everything())

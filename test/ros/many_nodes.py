@@ -34,12 +34,13 @@ def _result(folder):
 
 def main():
     """Fork a node for each of what stdin asks for, one after the other."""
+    from rigid_body_sim import first_start
     from rigid_body_sim.ros import main as node_main
-    from rigid_body_sim.simulation import load_kernels
 
     importlib.import_module("rigid_body_sim.ros.node")  # here for all
 
-    load_kernels()
+    for requests in first_start.of_parameters({}):
+        first_start.compile_together(requests)
     for folder, arguments in json.load(sys.stdin):
         child = os.fork()
         if child == 0:

@@ -11,7 +11,7 @@ from rigid_body_sim.kernels import model as layout
 from rigid_body_sim.kernels import state as flat
 from rigid_body_sim.terms import Terms
 from rigid_body_sim.values import rotation
-from rigid_body_sim.values.state import BodyState, flatten
+from rigid_body_sim.values.state import body_state, flatten
 
 pytestmark = pytest.mark.no_numba
 
@@ -26,9 +26,7 @@ def flattened(state, body=BODY):
 
 
 def read_out(flat_state, body=BODY):
-    out = np.zeros(flat.OUT_SIZE)
-    flat.read_out(flat_state, Terms(body, (0, 0, 0)).model(Wrench()), out)
-    return BodyState(out)
+    return body_state(flat.read_motion(flat_state, Terms(body).model(Wrench())), flat_state)
 
 
 def matrix(q):

@@ -63,9 +63,8 @@ class _Run:
             compiled.ready(reduce_wrench, model)(model)
         start = flatten(problem.initial, self._models[0])
         self._start, self._slope = start[: flat.LOW].copy(), np.zeros(flat.LOW)
-        self._out = np.zeros(flat.OUT_SIZE)
         self._derivative = compiled.ready(derivative_of(terms.kernels), self._models[0], self._start, self._slope)
-        self._read = compiled.ready(flat.read_out, start, self._models[0], self._out)
+        self._read = compiled.ready(flat.read_motion, start, self._models[0])
         # Momenta are small or large numbers: the absolute tolerance follows the size of each part of the state.
         self._atol = 1e-3 * rtol * np.repeat([_size(self._start[i:j]) for i, j in _PARTS], [3, 4, 3, 3])
         self._steps = self._rhs = 0
@@ -85,9 +84,8 @@ class _Run:
                 raise RuntimeError(found.message)
             y = found.y[:, -1]
             self._rhs += found.nfev
-        self._read(np.concatenate((y, np.zeros(flat.LOW))), self._models[0], self._out)
-        out = self._out
-        return End(out[0:3], out[3:7], out[7:10], out[10:13])
+        motion = self._read(np.concatenate((y, np.zeros(flat.LOW))), self._models[0])
+        return End(motion[0:3], motion[3:7], motion[7:10], motion[16:19])
 
     def _f(self, model, y):
         # Radau hands over columns of a matrix, and compiled code expects one number beside the other.

@@ -1,0 +1,141 @@
+"""What is compiled before it is needed: what a scene's plan needs by two processes, and the rest by one that is niced.
+
+The cache of the kernels is where they meet; without one each process compiles for itself, when it needs something.
+Nothing else is done meanwhile in place of a kernel: results never depend on what was in the cache.
+"""
+
+import itertools
+import os
+import sys
+import threading
+from collections.abc import Iterable, Iterator, Mapping
+from typing import Any
+
+import numpy as np
+
+from . import integrators
+from .effects import REGISTRY
+from .integrators.stepping import request
+from .kernels import compiled
+from .kernels import state as flat
+from .kernels.acceleration import acceleration_reader
+from .kernels.compiled import Request
+from .scene import attitude, schema
+from .simulation import within_reach
+from .terms import Terms
+from .values.body import Body
+
+_BODY = Body(1.0, (1.0, 1.0, 1.0))  # any: a plan's integrators do not depend on it
+_READERS_OF_ACCELERATION = {"accel", "imu"}  # of the outputs
+_background: list[threading.Thread] = []
+
+
+def needed(terms: Terms, integrator: str = integrators.AUTO, acceleration: bool = False) -> list[Request]:
+    """What a simulation of these terms may call before they change."""
+    asked_for = None if integrator == integrators.AUTO else integrators.get(integrator)
+    steps = [request(one, terms.kernels) for one in within_reach(terms, asked_for)]
+    arrays = np.zeros(flat.SIZE), np.zeros(1)
+    readers = [Request(flat.read_motion, arrays)]
+    return [*steps, *readers, *([Request(acceleration_reader(terms.kernels), arrays)] if acceleration else [])]
+
+
+def of_parameters(given: Mapping[str, Any]) -> tuple[list[Request], list[Request]]:
+    """What a node with these parameters needs, and what it may need once dynamic ones are set; no file is read.
+
+    Nothing for parameters that are bad: whoever reads them in full says so.
+    """
+    try:
+        values = attitude.read({name: value for name, value in given.items() if not schema.belongs_to_ros(name)})
+        name = values["integrator.name"]
+        effects = {
+            effect.name: effect.read(values, schema.members(effect.name, values)) for effect in REGISTRY.values()
+        }
+        acceleration = bool(_READERS_OF_ACCELERATION & set(values["outputs"]))
+        terms = Terms(_BODY, **effects)
+        now = needed(terms, name, acceleration)
+        later = [one for other in _reached_by_setting(terms) for one in needed(other, name, acceleration)]
+    except (ValueError, KeyError):
+        return [], []
+    return now, later
+
+
+def _reached_by_setting(terms: Terms) -> Iterator[Terms]:
+    """Terms in which one dynamic effect comes or goes."""
+    for effect in REGISTRY.values():
+        if effect.dynamic:
+            example = [effect.example] if effect.many else effect.example
+            yield terms.changed(**{effect.name: effect.absent if terms.acting[effect.name] else example})
+
+
+def everything() -> list[Request]:
+    """What any scene needs in which at most two kinds of load act, or all: every integrator, every reader."""
+    loads = [name for name in REGISTRY if Terms(_BODY, **_example(name)).loads]
+    chosen = {one for count in (0, 1, 2, len(loads)) for one in itertools.combinations(loads, count)}
+    all_terms = [
+        Terms(_BODY, **{key: value for name in names for key, value in _example(name).items()})
+        for names in sorted(chosen)
+    ]
+    requests = [Request(flat.read_pose, (np.zeros(flat.SIZE), np.zeros(1)))]
+    for terms in all_terms:
+        methods = [one.name for one in integrators.REGISTRY.values() if one.resisted or not terms.loads]
+        requests += [each for name in methods for each in needed(terms, name, acceleration=True)]
+    return requests
+
+
+def _example(name: str) -> dict[str, Any]:
+    effect = REGISTRY[name]
+    return {name: [effect.example] if effect.many else effect.example}
+
+
+def missing(requests: Iterable[Request]) -> list[Request]:
+    """Those that are not compiled yet, each once."""
+    return list({one.function: one for one in requests if not one.is_met}.values())
+
+
+def compile_together(requests: Iterable[Request]) -> None:
+    """Compile what is missing, half of it in a child where there is a second core and a place to meet."""
+    left = missing(requests)
+    mine, others = (left[0::2], left[1::2]) if compiled.FOLDER and _cores() > 1 else (left, [])
+    child = _in_child(others, niceness=0) if others else None
+    for one in mine:
+        compiled.ready(one.function, *one.examples)
+    if child is not None:
+        os.waitpid(child, 0)
+
+
+def compile_in_background(requests: Iterable[Request]) -> None:
+    """Compile what is missing in a child of the lowest priority; ``wait`` waits for it. To be called before threads."""
+    left = missing(requests)
+    if left and compiled.FOLDER:
+        child = _in_child(left, niceness=19)
+        thread = threading.Thread(target=os.waitpid, args=(child, 0), daemon=True)
+        thread.start()
+        _background.append(thread)
+
+
+def wait() -> None:
+    """Wait for what is compiled in the background."""
+    while _background:
+        _background.pop().join()
+
+
+def _in_child(requests: Iterable[Request], niceness: int) -> int:
+    """Process number of a child that compiles them into the cache and ends; it says nothing, and is heard by nobody."""
+    sys.stdout.flush()
+    sys.stderr.flush()
+    child = os.fork()
+    if child:
+        return child
+    try:
+        os.nice(niceness)
+        nowhere = os.open(os.devnull, os.O_RDWR)
+        for descriptor in range(3):
+            os.dup2(nowhere, descriptor)
+        for one in requests:
+            compiled.ready(one.function, *one.examples)
+    finally:
+        os._exit(0)
+
+
+def _cores() -> int:
+    return len(os.sched_getaffinity(0))
