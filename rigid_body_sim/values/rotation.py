@@ -76,12 +76,12 @@ def to_axis_angle(q: ArrayLike) -> tuple[Floats, float]:
 
 def rotate(q: ArrayLike, v: ArrayLike) -> Floats:
     """Rot(q, v) = q v q⁻¹, shape (3,), for a quaternion of any length; theory (2.7.21)."""
-    return np.array(qrotate(*normalize(q), *as_vector(v, "vector")))
+    return np.array(qrotate(*normalize(q).tolist(), *as_vector(v, "vector")))
 
 
 def rotate_back(q: ArrayLike, v: ArrayLike) -> Floats:
     """q⁻¹ v q, shape (3,): the inverse of ``rotate``."""
-    return np.array(qrotate_back(*normalize(q), *as_vector(v, "vector")))
+    return np.array(qrotate_back(*normalize(q).tolist(), *as_vector(v, "vector")))
 
 
 def to_matrix(q: ArrayLike) -> Floats:
