@@ -62,7 +62,7 @@ lint: $(LINT)/.ready ## check format, style, types, spelling, YAML and XML
 	$(LINT)/bin/ruff check .
 	$(LINT)/bin/mypy
 	$(LINT)/bin/codespell
-	$(LINT)/bin/check-yaml .pre-commit-config.yaml $(wildcard config/*.yaml)
+	$(LINT)/bin/check-yaml .pre-commit-config.yaml CITATION.cff $(wildcard config/*.yaml)
 	$(LINT)/bin/check-xml package.xml $(wildcard config/*.xml launch/*.xml security/*.xml)
 
 build: $(COLCON)/.ready ## build with colcon, into build/colcon
