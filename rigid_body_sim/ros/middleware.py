@@ -59,7 +59,7 @@ def avoid_full_memory() -> str:
     if free < LEAST:
         raise ValueError(
             f"{SHARED_MEMORY} has {free} bytes left, with which Fast DDS cannot start; remove files there that nobody "
-            "uses, such as fastrtps_* of nodes that were killed"
+            "uses, such as fastrtps_* or fastdds_* of nodes that were killed"
         )
     os.environ.setdefault(TRANSPORTS, "UDPv4")
     return f"{SHARED_MEMORY} has {free} bytes left, and {NEEDED} are needed; messages go by UDP, which costs more"
