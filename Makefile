@@ -6,9 +6,14 @@ VENV := .venv
 LINT := .venv-lint
 COLCON := .venv-colcon
 SAMPLE ?= 0
+# Whose rclpy .venv takes from PyPI where no ROS is sourced: jazzy or kilted.
+ROS_WHEELS ?= jazzy
+ifeq ($(findstring [$(ROS_WHEELS)],[jazzy] [kilted]),)
+$(error ROS_WHEELS is '$(ROS_WHEELS)', but PyPI has rclpy of jazzy and kilted: 'make ROS_WHEELS=kilted $(MAKECMDGOALS)')
+endif
 COUNTED := $(VENV)/bin/python -m pytest --cov --cov-append --cov-report=
-# A sourced ROS brings its own rclpy. Its .venv differs from the one that takes rclpy from PyPI, so the stamps differ too.
-READY := $(VENV)/.ready-$(if $(AMENT_PREFIX_PATH),ros,pypi)
+# A sourced ROS brings its own rclpy. The .venv differs with whose rclpy it has, so the stamps differ too.
+READY := $(VENV)/.ready-$(if $(AMENT_PREFIX_PATH),ros-$(ROS_DISTRO),pypi-$(ROS_WHEELS))
 
 .PHONY: help venv demo test coverage mutation fuzz nightly bench bench-node report docs lint build clean
 
@@ -62,7 +67,7 @@ lint: $(LINT)/.ready ## check format, style, types, spelling, YAML and XML
 	$(LINT)/bin/ruff check .
 	$(LINT)/bin/mypy
 	$(LINT)/bin/codespell
-	$(LINT)/bin/check-yaml .pre-commit-config.yaml CITATION.cff $(wildcard config/*.yaml)
+	$(LINT)/bin/check-yaml .pre-commit-config.yaml CITATION.cff $(wildcard config/*.yaml .github/*.yml .github/*/*.yml)
 	$(LINT)/bin/check-xml package.xml $(wildcard config/*.xml launch/*.xml security/*.xml)
 
 build: $(COLCON)/.ready ## build with colcon, into build/colcon
@@ -91,11 +96,12 @@ $(READY): setup.py setup.cfg pyproject.toml
 	@$(check_python)
 	@echo "Setting up $(VENV) (once, about a minute) ..."
 	@set -e; \
-	extras=ros,fast,report,test; site=; \
+	extras=ros-$(ROS_WHEELS),fast,report,test; site=; \
 	if $(PYTHON) -c 'import rclpy' 2>/dev/null; then \
 		case "$$ROS_DISTRO" in \
-		jazzy) echo "Using rclpy of the sourced ROS Jazzy."; extras=fast,report,test; site=--system-site-packages ;; \
-		?*) echo "ROS $$ROS_DISTRO is sourced, but Jazzy is needed: source that, or use a shell with no ROS sourced." >&2; exit 1 ;; \
+		jazzy|kilted) echo "Using rclpy of the sourced ROS $$ROS_DISTRO."; extras=fast,report,test; site=--system-site-packages ;; \
+		?*) echo "ROS $$ROS_DISTRO is sourced, but Jazzy or Kilted is needed: source one, or use a shell with no ROS sourced." >&2; \
+			exit 1 ;; \
 		esac; \
 	fi; \
 	[ -e $@ ] || $(PYTHON) -m venv --clear $$site $(VENV); \
