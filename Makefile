@@ -5,12 +5,20 @@ BUILD ?= build/colcon
 VENV := .venv
 LINT := .venv-lint
 COLCON := .venv-colcon
+ASV := .venv-asv
 SAMPLE ?= 0
+COMMITS ?= HEAD^!
+QUICK ?=
+# Whose rclpy .venv takes from PyPI where no ROS is sourced: jazzy or kilted.
+ROS_WHEELS ?= jazzy
+ifeq ($(findstring [$(ROS_WHEELS)],[jazzy] [kilted]),)
+$(error ROS_WHEELS is '$(ROS_WHEELS)', but PyPI has rclpy of jazzy and kilted: 'make ROS_WHEELS=kilted $(MAKECMDGOALS)')
+endif
 COUNTED := $(VENV)/bin/python -m pytest --cov --cov-append --cov-report=
-# A sourced ROS brings its own rclpy. Its .venv differs from the one that takes rclpy from PyPI, so the stamps differ too.
-READY := $(VENV)/.ready-$(if $(AMENT_PREFIX_PATH),ros,pypi)
+# A sourced ROS brings its own rclpy. The .venv differs with whose rclpy it has, so the stamps differ too.
+READY := $(VENV)/.ready-$(if $(AMENT_PREFIX_PATH),ros-$(ROS_DISTRO),pypi-$(ROS_WHEELS))
 
-.PHONY: help venv demo test coverage mutation fuzz nightly bench bench-node report docs lint build clean
+.PHONY: help venv demo test coverage mutation fuzz nightly bench bench-history bench-node report docs lint build clean
 
 help: ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/make \1\t\2/p' $(MAKEFILE_LIST)
@@ -48,6 +56,14 @@ bench: $(READY) ## measure what a step costs
 	@$(VENV)/bin/python -m rigid_body_sim.report.plan_cost
 	@$(VENV)/bin/python -m rigid_body_sim.report.stiff_cost
 
+# asv describes a machine once, in the home folder, and compares only what one machine has measured.
+bench-history: $(ASV)/.ready ## measure COMMITS=OLD..NEW, else the last one, with asv, and write pages of all (QUICK=1: each once)
+	@git rev-list --quiet '$(COMMITS)' -- || { \
+		echo "COMMITS is '$(COMMITS)', but must be a range that git knows, such as 'v1.0..HEAD' or 'HEAD^!'." >&2; exit 1; }
+	@[ -e ~/.asv-machine.json ] || $(ASV)/bin/asv machine --yes --config bench/asv/asv.conf.json
+	$(ASV)/bin/asv run --config bench/asv/asv.conf.json --show-stderr $(if $(QUICK),--quick) '$(COMMITS)'
+	$(ASV)/bin/asv publish --config bench/asv/asv.conf.json
+
 bench-node: $(READY) ## measure the node as a process over DDS, about 10 minutes
 	@$(VENV)/bin/python -m rigid_body_sim.tools.node_bench
 
@@ -62,7 +78,7 @@ lint: $(LINT)/.ready ## check format, style, types, spelling, YAML and XML
 	$(LINT)/bin/ruff check .
 	$(LINT)/bin/mypy
 	$(LINT)/bin/codespell
-	$(LINT)/bin/check-yaml .pre-commit-config.yaml $(wildcard config/*.yaml)
+	$(LINT)/bin/check-yaml .pre-commit-config.yaml CITATION.cff $(wildcard config/*.yaml .github/*.yml .github/*/*.yml)
 	$(LINT)/bin/check-xml package.xml $(wildcard config/*.xml launch/*.xml security/*.xml)
 
 build: $(COLCON)/.ready ## build with colcon, into build/colcon
@@ -72,9 +88,9 @@ build: $(COLCON)/.ready ## build with colcon, into build/colcon
 venv: $(READY) ## set up .venv
 
 clean: ## remove everything that make made
-	rm -rf $(VENV) $(LINT) $(COLCON) build dist *.egg-info .pytest_cache .ruff_cache .mypy_cache .hypothesis .coverage*
+	rm -rf $(VENV) $(LINT) $(COLCON) $(ASV) build dist *.egg-info .pytest_cache .ruff_cache .mypy_cache .hypothesis .coverage*
 	rm -rf rigid_body_demo.png rigid_body_report
-	find rigid_body_sim test -name __pycache__ -prune -exec rm -rf {} +
+	find rigid_body_sim test bench -name __pycache__ -prune -exec rm -rf {} +
 
 define check_python
 $(PYTHON) -c 'import sys; sys.exit(not (3, 10) <= sys.version_info[:2] <= (3, 13))' 2>/dev/null || { \
@@ -91,11 +107,12 @@ $(READY): setup.py setup.cfg pyproject.toml
 	@$(check_python)
 	@echo "Setting up $(VENV) (once, about a minute) ..."
 	@set -e; \
-	extras=ros,fast,report,test; site=; \
+	extras=ros-$(ROS_WHEELS),fast,report,test; site=; \
 	if $(PYTHON) -c 'import rclpy' 2>/dev/null; then \
 		case "$$ROS_DISTRO" in \
-		jazzy) echo "Using rclpy of the sourced ROS Jazzy."; extras=fast,report,test; site=--system-site-packages ;; \
-		?*) echo "ROS $$ROS_DISTRO is sourced, but Jazzy is needed: source that, or use a shell with no ROS sourced." >&2; exit 1 ;; \
+		jazzy|kilted) echo "Using rclpy of the sourced ROS $$ROS_DISTRO."; extras=fast,report,test; site=--system-site-packages ;; \
+		?*) echo "ROS $$ROS_DISTRO is sourced, but Jazzy or Kilted is needed: source one, or use a shell with no ROS sourced." >&2; \
+			exit 1 ;; \
 		esac; \
 	fi; \
 	[ -e $@ ] || $(PYTHON) -m venv --clear $$site $(VENV); \
@@ -121,4 +138,11 @@ $(COLCON)/.ready:
 	@echo "Setting up $(COLCON) (once) ..."
 	@$(PYTHON) -m venv --clear $(COLCON)
 	@$(COLCON)/bin/python -m pip install --quiet --disable-pip-version-check setuptools colcon-common-extensions
+	@touch $@
+
+$(ASV)/.ready:
+	@$(check_python)
+	@echo "Setting up $(ASV) (once) ..."
+	@$(PYTHON) -m venv --clear $(ASV)
+	@$(ASV)/bin/python -m pip install --quiet --disable-pip-version-check asv virtualenv
 	@touch $@

@@ -6,6 +6,12 @@ from setuptools import find_packages, setup
 
 package_name = "rigid_body_sim"
 
+
+def ros_wheels(distribution):
+    """rclpy and messages of a ROS distribution, from PyPI."""
+    return [f"ros-{distribution}-rclpy[fastrtps]", f"ros-{distribution}-common-interfaces"]
+
+
 data_files = [
     ("share/ament_index/resource_index/packages", [f"resource/{package_name}"]),
     (f"share/{package_name}", ["package.xml"]),
@@ -23,14 +29,16 @@ setup(
     license="Apache-2.0",
     maintainer="rigid_body_sim maintainers",
     maintainer_email="maintainers@example.org",
-    packages=find_packages(exclude=["test", "test.*"]),
+    packages=find_packages(include=[package_name, f"{package_name}.*"]),
     package_data={package_name: ["py.typed"], f"{package_name}.report": ["page.css", "page.js", "reference/*.json"]},
     data_files=data_files,
     zip_safe=True,
     python_requires=">=3.10",
     install_requires=["numpy", "pyyaml"],
     extras_require={
-        "ros": ["ros-jazzy-rclpy[fastrtps]", "ros-jazzy-common-interfaces"],
+        "ros": ros_wheels("jazzy"),
+        "ros-jazzy": ros_wheels("jazzy"),
+        "ros-kilted": ros_wheels("kilted"),
         "fast": ["numba"],
         "mesh": ["trimesh"],
         "report": ["matplotlib", "mpmath", "tqdm"],

@@ -95,3 +95,4 @@ def test_commands_name_programs_targets_and_files_that_exist(text):
 def test_version_is_the_same_everywhere():
     assert f"<version>{__version__}</version>" in (ROOT / "package.xml").read_text(encoding="utf-8")
     assert f'version="{__version__}"' in (ROOT / "setup.py").read_text(encoding="utf-8")
+    assert yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))["version"] == __version__

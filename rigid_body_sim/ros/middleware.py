@@ -5,9 +5,14 @@ from pathlib import Path
 
 from ..scene.installed import installed
 
-PROFILE = "fastdds.xml"
-VARIABLE = "FASTRTPS_DEFAULT_PROFILES_FILE"
-OTHER_WAYS = ("FASTDDS_DEFAULT_PROFILES_FILE",)  # to name a file, in later versions
+# By library, the variable that names a profile, and ours for it. Version 3 does not understand a profile of version 2:
+# it complains, as it does of the old variable.
+PROFILES = {
+    "libfastrtps.so": ("FASTRTPS_DEFAULT_PROFILES_FILE", "fastdds.xml"),
+    "libfastdds.so": ("FASTDDS_DEFAULT_PROFILES_FILE", "fastdds3.xml"),
+}
+VARIABLES = tuple(variable for variable, _ in PROFILES.values())
+LIBRARIES = Path("/proc/self/maps")
 TRANSPORTS = "FASTDDS_BUILTIN_TRANSPORTS"
 SHARED_MEMORY = "/dev/shm"
 NEEDED = 2**20  # bytes; a node takes 0.6 MB
@@ -15,15 +20,27 @@ LEAST = 2**16  # with 4096 it is killed, with 16384 it is not
 FOUND_BY_ITSELF = ("DEFAULT_FASTRTPS_PROFILES.xml", "DEFAULT_FASTDDS_PROFILES.xml")  # in the working directory
 
 
-def use_profile() -> None:
-    """Have Fast DDS read config/fastdds.xml, unless the user has given a profile; an empty name means none at all.
+def libraries() -> str:
+    """The names of all libraries that this process has loaded, in lines; "" where that cannot be read."""
+    try:
+        return LIBRARIES.read_text(encoding="utf-8", errors="replace")
+    except OSError:  # not Linux
+        return ""
 
-    It must be called before a node exists. Other middlewares do not look at this.
+
+def use_profile(loaded: str) -> None:
+    """Have the Fast DDS that is among the libraries ``loaded`` read our profile for it, unless the user has given one.
+
+    An empty name means none at all. It must be called when rclpy.init has loaded the middleware, and before a node
+    exists. For other middlewares it does nothing.
     """
-    if os.environ.get(VARIABLE) == "":
-        del os.environ[VARIABLE]  # Fast DDS would complain about a file of no name
-    elif not _given() and (profile := installed(PROFILE)).exists():
-        os.environ[VARIABLE] = str(profile)
+    if not _given():
+        for library, (variable, file) in PROFILES.items():
+            if library in loaded and (profile := installed(file)).exists():
+                os.environ[variable] = str(profile)
+    for variable in VARIABLES:
+        if os.environ.get(variable) == "":
+            del os.environ[variable]  # Fast DDS would complain about a file of no name
 
 
 def avoid_full_memory() -> str:
@@ -42,12 +59,11 @@ def avoid_full_memory() -> str:
     if free < LEAST:
         raise ValueError(
             f"{SHARED_MEMORY} has {free} bytes left, with which Fast DDS cannot start; remove files there that nobody "
-            "uses, such as fastrtps_* of nodes that were killed"
+            "uses, such as fastrtps_* or fastdds_* of nodes that were killed"
         )
     os.environ.setdefault(TRANSPORTS, "UDPv4")
     return f"{SHARED_MEMORY} has {free} bytes left, and {NEEDED} are needed; messages go by UDP, which costs more"
 
 
 def _given() -> bool:
-    named = any(name in os.environ for name in (VARIABLE, *OTHER_WAYS))
-    return named or any(Path(name).exists() for name in FOUND_BY_ITSELF)
+    return any(name in os.environ for name in VARIABLES) or any(Path(name).exists() for name in FOUND_BY_ITSELF)

@@ -10,6 +10,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.node import Node
 from rclpy.qos_overriding_options import QoSOverridingOptions
 
+from ..bags.recorder import Recorder
 from ..scene.loader import Scene
 from . import diagnostics, messages, parameters, realtime, recording, services, standard_services
 from .executor import IdleTime, executor_for
@@ -30,6 +31,8 @@ class RigidBodyNode(Node):
     parameters that are unknown or bad. One thread does everything: ``run`` takes the steps that
     are due and gives the time left to the executor, so commands arrive between two steps and need no lock.
     """
+
+    _recorder: Recorder | None = None  # also of a node whose start fails: rclpy 9 destroys that, too, at shutdown
 
     def __init__(self, given: Mapping[str, Any] = MappingProxyType({}), **node_arguments):
         super().__init__("rigid_body_node", **node_arguments)

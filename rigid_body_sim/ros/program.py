@@ -81,9 +81,9 @@ def run(name: str, make_node: Callable[..., Runnable], stop: StopRequest, given:
     from . import parameters
 
     stop.defer()
-    middleware.use_profile()
     try:
         _init(given.ros)
+        middleware.use_profile(middleware.libraries())
         own = {name: value for name, value in given.parameters.items() if not belongs_to_ros(name)}
         node = make_node(given=own, parameter_overrides=parameters.of_ros(given.parameters))
     except (ValueError, RuntimeError, NameValidationException, ParameterException) as reason:

@@ -13,6 +13,7 @@ import yaml
 ROOT = Path(__file__).parents[2]
 READY_SECONDS = 120.0  # the first start compiles the kernels
 SHARED_MEMORY = Path("/dev/shm")
+SEGMENT = f"{SHARED_MEMORY}/fast(?:rtps|dds)_"  # of Fast DDS 2 and 3, as a pattern
 NODE = "rigid_body_sim.ros.main"
 DEEP_QUEUE = 20000  # a message for every step would fall out of the default queue of 10 when the machine is busy
 
@@ -57,10 +58,10 @@ class NodeProcess:
     def wait_for_output(self, text, seconds):
         self.wait_until(lambda: text in self.stdout + self.stderr, repr(text), seconds)
 
-    def wait_loaded(self, library, seconds):
-        """Wait until a file with ``library`` in its path is in the process's memory."""
+    def wait_loaded(self, pattern, seconds):
+        """Wait until a file whose path has ``pattern`` in it is in the process's memory."""
         maps = Path(f"/proc/{self.popen.pid}/maps")
-        self.wait_until(lambda: library in maps.read_text(), library, seconds)
+        self.wait_until(lambda: re.search(pattern, maps.read_text()), pattern, seconds)
 
     def wait_until(self, condition, what, seconds):
         deadline = time.monotonic() + seconds
@@ -113,7 +114,7 @@ def shared_memory(pid):
         maps = Path(f"/proc/{pid}/maps").read_text()
     except OSError:  # ended, or somebody else's
         return set()
-    return set(map(Path, re.findall(rf"{SHARED_MEMORY}/fastrtps_\w+", maps)))
+    return set(map(Path, re.findall(rf"{SEGMENT}\w+", maps)))
 
 
 def all_processes():

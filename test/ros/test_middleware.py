@@ -3,46 +3,92 @@
 import os
 import time
 from pathlib import Path
+from xml.etree import ElementTree
 
 import pytest
 
 from rigid_body_sim.ros import middleware
-from rigid_body_sim.ros.middleware import FOUND_BY_ITSELF, OTHER_WAYS, VARIABLE
+from rigid_body_sim.ros.middleware import FOUND_BY_ITSELF, PROFILES, VARIABLES
+from rigid_body_sim.scene.installed import installed
 
 WAKE_UPS = 4000  # of the loop: two seconds of it
+LIBRARIES = """7f0e1000-7f0e2000 r-xp 00000000 08:01 1234 /opt/ros/lib/librmw_fastrtps_cpp.so
+7f0e3000-7f0e4000 r-xp 00000000 08:01 1234 /opt/ros/lib/{library}.3.2.2
+"""
 
 
 @pytest.fixture(autouse=True)
 def _no_profile(monkeypatch, tmp_path):
-    for name in (VARIABLE, *OTHER_WAYS):
+    for name in VARIABLES:
         monkeypatch.setenv(name, "to be put back")
         monkeypatch.delenv(name)
     monkeypatch.chdir(tmp_path)
 
 
-def test_the_profile_is_ours_when_nobody_gives_one():
-    middleware.use_profile()
-    assert "nackSupressionDuration" in Path(os.environ[VARIABLE]).read_text(encoding="utf-8")
+@pytest.fixture(params=PROFILES)
+def loaded(request):
+    """What /proc says of a process that has loaded one Fast DDS or the other."""
+    return LIBRARIES.format(library=request.param)
 
 
-@pytest.mark.parametrize("name", [VARIABLE, *OTHER_WAYS])
-def test_a_profile_of_the_users_stays(monkeypatch, name):
+def named():
+    """The profiles that the environment names, by variable."""
+    return {name: os.environ[name] for name in VARIABLES if name in os.environ}
+
+
+@pytest.mark.parametrize(
+    ("library", "variable", "word"),
+    [
+        ("libfastrtps.so", "FASTRTPS_DEFAULT_PROFILES_FILE", "nackSupressionDuration"),
+        ("libfastdds.so", "FASTDDS_DEFAULT_PROFILES_FILE", "nack_supression_duration"),
+    ],
+)
+def test_the_profile_is_ours_in_the_words_of_the_fast_dds_that_is_loaded(library, variable, word):
+    middleware.use_profile(LIBRARIES.format(library=library))
+    [(name, file)] = named().items()
+    assert name == variable and f"<{word}>" in Path(file).read_text(encoding="utf-8")
+
+
+def test_both_profiles_say_the_same():
+    elements = [
+        [
+            (element.tag.replace("_", "").lower(), element.attrib, (element.text or "").strip())
+            for element in tree.iter()
+        ]
+        for tree in (ElementTree.parse(installed(file)) for _, file in PROFILES.values())
+    ]
+    assert elements[0] == elements[1]
+
+
+def test_other_middlewares_get_none():
+    middleware.use_profile(LIBRARIES.format(library="libddsc.so"))
+    assert not named()
+
+
+@pytest.mark.parametrize("name", VARIABLES)
+def test_a_profile_of_the_users_stays(monkeypatch, loaded, name):
     monkeypatch.setenv(name, "mine.xml")
-    middleware.use_profile()
-    assert [os.environ.get(each) for each in (VARIABLE, *OTHER_WAYS) if each in os.environ] == ["mine.xml"]
+    middleware.use_profile(loaded)
+    assert named() == {name: "mine.xml"}
 
 
 @pytest.mark.parametrize("name", FOUND_BY_ITSELF)
-def test_so_does_one_that_fast_dds_finds_by_itself(tmp_path, name):
+def test_so_does_one_that_fast_dds_finds_by_itself(tmp_path, loaded, name):
     (tmp_path / name).touch()
-    middleware.use_profile()
-    assert VARIABLE not in os.environ
+    middleware.use_profile(loaded)
+    assert not named()
 
 
-def test_an_empty_name_means_none(monkeypatch):
-    monkeypatch.setenv(VARIABLE, "")
-    middleware.use_profile()
-    assert VARIABLE not in os.environ
+@pytest.mark.parametrize("name", VARIABLES)
+def test_an_empty_name_means_none(monkeypatch, loaded, name):
+    monkeypatch.setenv(name, "")
+    middleware.use_profile(loaded)
+    assert not named()
+
+
+def test_where_libraries_cannot_be_read_there_are_none(monkeypatch, tmp_path):
+    monkeypatch.setattr(middleware, "LIBRARIES", tmp_path / "missing")
+    assert middleware.libraries() == ""
 
 
 def _wake_ups(process):
@@ -81,7 +127,7 @@ def test_with_it_the_event_thread_of_fast_dds_is_woken_less_often(run_node, byst
     if os.environ.get("RMW_IMPLEMENTATION", "rmw_fastrtps_cpp") != "rmw_fastrtps_cpp":
         pytest.skip("the middleware is not Fast DDS")
     ratios = []
-    for environment in ({}, {VARIABLE: ""}):
+    for environment in ({}, dict.fromkeys(VARIABLES, "")):
         scene = {"rate": 2000.0, "publish_rate": 0.0}
         process = run_node(scene, arguments=["-r", "__ns:=/middleware"], environment=environment)
         process.wait_ready()

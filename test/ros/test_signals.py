@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from .domains import OWN, free_domain
-from .node_process import READY_SECONDS, SHARED_MEMORY, all_processes, shared_memory
+from .node_process import READY_SECONDS, SEGMENT, SHARED_MEMORY, all_processes, shared_memory
 
 pytest.importorskip("rclpy")
 pytestmark = pytest.mark.ros
@@ -48,7 +48,7 @@ def test_two_signals_stop_it_no_worse(run_node):
 
 
 # Libraries that a starting node loads one after the other: each says how far it has come.
-MOMENTS = ["_multiarray_umath", "libllvmlite", "_rclpy_pybind11", "/dev/shm/fastrtps_"]
+MOMENTS = ["_multiarray_umath", "libllvmlite", "_rclpy_pybind11", SEGMENT]
 
 
 @pytest.mark.parametrize("number", SIGNALS)

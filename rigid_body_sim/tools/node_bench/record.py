@@ -67,7 +67,7 @@ class Figure:
 
 def machine() -> dict[str, str]:
     """Name, processor and versions, and how busy the machine is, which moves every figure."""
-    versions = {name: _version(name) for name in ("numpy", "numba", "ros-jazzy-rclpy")}
+    versions = {name: _version(name) for name in ("numpy", "numba", "ros-rclpy")}
     return {
         "machine": f"{platform.node()}, {platform.machine()}, {os.cpu_count()} processors",
         "system": f"{platform.system()} {platform.release()}",
