@@ -23,7 +23,7 @@ setup(
     license="Apache-2.0",
     maintainer="rigid_body_sim maintainers",
     maintainer_email="maintainers@example.org",
-    packages=find_packages(exclude=["test", "test.*"]),
+    packages=find_packages(include=[package_name, f"{package_name}.*"]),
     package_data={package_name: ["py.typed"], f"{package_name}.report": ["page.css", "page.js", "reference/*.json"]},
     data_files=data_files,
     zip_safe=True,
@@ -36,6 +36,7 @@ setup(
         "report": ["matplotlib", "mpmath", "tqdm"],
         "bag": ["rosbags~=0.11.0", "tqdm"],  # bags/writing.py adds to the chunk that this version fills
         "dask": ["distributed"],
+        # What the adapters in bench/peers drive.
         # bsk is Basilisk and pin is Pinocchio; the names "basilisk" and "pinocchio" on PyPI are other projects.
         "peers": ["bsk", "diffrax", "drake", "jax", "mujoco", "pin", "scipy"],
         "test": [

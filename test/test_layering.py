@@ -1,13 +1,15 @@
 """Arrows between the parts of the package point one way only; ROS and numba stay where they belong."""
 
 import ast
+import re
 from pathlib import Path
 
 import pytest
 
 pytestmark = pytest.mark.no_numba
 
-PACKAGE = Path(__file__).parents[1] / "rigid_body_sim"
+ROOT = Path(__file__).parents[1]
+PACKAGE = ROOT / "rigid_body_sim"
 PHYSICS = {"kernels", "values", "mass", "effects", "terms", "theory"}
 CORE = {*PHYSICS, "integrators", "scene", "simulation"}
 ALLOWED = {  # a part, and the other parts of the package that it may import
@@ -37,6 +39,7 @@ ROS_PACKAGES = {
     "ament_index_python",
 }
 NUMBA_HOMES = ("kernels.compiled", "kernels.kernel_cache")
+NOT_INSTALLED = {"bench", "test"}
 FOR_ALL = "rigid_body_sim.__version__"  # stands at the very top, and imports nothing
 
 
@@ -74,6 +77,8 @@ def complaints(text, module):
         target = None if name == FOR_ALL else part_of(name)
         if target is not None and target != home and target not in ALLOWED[home]:
             yield f"{module} imports {name}: {home or 'the package'} must not know {target or 'the whole package'}"
+        if name.split(".")[0] in NOT_INSTALLED:
+            yield f"{module} imports {name}: {name.split('.')[0]} is not installed with the package"
         if is_ros(name) and home not in WITH_ROS:
             yield f"{module} imports {name}: only ros and tools may use ROS"
         if name.split(".")[0] == "numba" and module.removeprefix("rigid_body_sim.") not in NUMBA_HOMES:
@@ -107,6 +112,17 @@ def test_arrows_have_no_circle():
         assert ALLOWED[part] <= set(order[:place])
 
 
+@pytest.mark.parametrize("path", sorted(ROOT.glob("bench/**/*.py")), ids=lambda path: path.stem)
+def test_bench_needs_no_test(path):
+    module = ".".join(path.relative_to(ROOT).with_suffix("").parts)
+    assert not [name for name in imports_of(path.read_text("utf-8"), module) if name.split(".")[0] == "test"]
+
+
+def test_only_where_peers_are_found_is_bench_named():
+    named = {module for module, path in MODULES.items() if re.search(r"[\"']bench\b", path.read_text("utf-8"))}
+    assert named == {"rigid_body_sim.report.peers"}
+
+
 BAD = {  # a module, its text, and what is said about it
     "upwards": ("values.body", "from ..simulation import Simulation", "values must not know simulation"),
     "upwards by name": ("values.body", "from .. import scene", "values must not know scene"),
@@ -121,6 +137,8 @@ BAD = {  # a module, its text, and what is said about it
         "def f():\n    if True:\n        from ..simulation import Simulation",
         "must not know simulation",
     ),
+    "bench": ("report.main", "def f():\n    from bench import peers", "bench is not installed"),
+    "bench by a path": ("report.peers", "import bench.peers.jax_peer", "bench is not installed"),
     "rclpy below": ("simulation", "import rclpy", "only ros and tools may use ROS"),
     "messages below": (
         "simulation",

@@ -1,6 +1,6 @@
 """The section "left out": what each scene's plan leaves out, what that saves, and what it changes.
 
-Costs are measured as plan_cost does it. The node's own costs come from the JSON that its benchmark wrote, when given.
+Costs are measured by cost.costs. The node's own costs come from the JSON that its benchmark wrote, when given.
 """
 
 import functools
@@ -17,7 +17,7 @@ from ..simulation import Simulation
 from ..values import rotation
 from ..values.wrench import Wrench, total
 from . import pictures
-from .plan_cost import FULL_WRENCH, TINY, costs
+from .cost import FULL_WRENCH, TINY, costs
 from .section import FAILED, Block, Measurement, Paragraph, Picture, Result, Results, Settings, Table, finished
 
 ROUNDS, QUICK_ROUNDS = 20, 7

@@ -11,10 +11,9 @@ from typing import Any
 from .. import integrators
 from ..command_line import Parser
 from ..kernels import compiled
-from . import machine, page
+from . import machine, page, peers
 from .error_section import ErrorSection
 from .left_out import LeftOut
-from .peers import PEERS
 from .problems import TITLES
 from .section import FAILED, Measurement, Result, Results, Section, Settings
 from .stability.section import Stability
@@ -47,6 +46,7 @@ def _parser() -> argparse.ArgumentParser:
         "rigid_body_report",
         "Measures this package's integrators and other simulators, and writes a page with pictures, tables "
         "and every number into a folder. Every finished measurement is kept at once.",
+        epilog=f"Peers {peers.told()}",
     )
     parser.add_argument("--quick", action="store_true", help="under a minute, with fewer points; else under 20 minutes")
     parser.add_argument("--out", type=Path, default=Path("rigid_body_report"), help="the folder (default %(default)s)")
@@ -59,7 +59,7 @@ def _parser() -> argparse.ArgumentParser:
         ("only", [section.name for section in SECTIONS], "sections"),
         ("integrators", integrators.CHOICES, "integrators"),
         ("problems", list(TITLES), "problems of the section error"),
-        ("peers", [*PEERS, "none"], "other simulators and libraries"),
+        ("peers", [*peers.names(), "none"], "other simulators and libraries"),
     ):
         parser.add_argument(
             f"--{name}", type=_names(choices), metavar="A,B", help=f"{what}, of: {', '.join(choices)} (default: all)"

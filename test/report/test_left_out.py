@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from rigid_body_sim import Simulation, load_scene
-from rigid_body_sim.report import left_out, plan_cost
+from rigid_body_sim.report import cost, left_out
 from rigid_body_sim.report.section import Paragraph, Settings, Table
 from rigid_body_sim.scene.installed import installed_scene, installed_scenes
 
@@ -55,7 +55,7 @@ def test_full_equations_leave_nothing_out_but_what_is_said():
     for name in SCENES:
         full = left_out.full_equations(load_scene(installed_scene(name)))
         for kind, simulation in full.items():
-            simulation.set_wrench(plan_cost.FULL_WRENCH)
+            simulation.set_wrench(cost.FULL_WRENCH)
             allowed = {"gyroscopic term"} | ({"drag", "tethers"} if kind == "full" and len(full) == 2 else {"drag"})
             assert set(simulation.plan.left_out) <= allowed
 

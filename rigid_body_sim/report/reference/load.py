@@ -1,4 +1,4 @@
-"""Read reference solutions, made by make_reference.py and make_report.py, as floats and numpy arrays."""
+"""Read reference solutions, made by the programs in bench/reference, as floats and numpy arrays."""
 
 import json
 from importlib import resources

@@ -9,7 +9,8 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from ...command_line import Parser
+from rigid_body_sim.command_line import Parser
+
 from . import record
 
 NAMES = (

@@ -2,7 +2,7 @@
 
 import sys
 
-from ...ros import main, realtime
+from rigid_body_sim.ros import main, realtime
 
 USUAL_NS = 50_000
 

@@ -8,7 +8,7 @@ import tracemalloc
 
 import rclpy
 
-from ...ros.node import RigidBodyNode
+from rigid_body_sim.ros.node import RigidBodyNode
 
 WARM_UP = 3.0  # s: diagnostics, first commands and all caches have been through by then
 

@@ -1,17 +1,17 @@
 """
 Solve the report's problems with mpmath to more than 30 digits and write report.json.
 
-Run `python -m rigid_body_sim.report.reference.make_report` (some minutes). Formulation and method are those of
+Run `python -m bench.reference.make_report` (some minutes). Formulation and method are those of
 make_reference.py. In all problems the centre of mass is the body frame's origin and the body axes are principal axes,
 so that no simulator has to be told about another frame.
 """
 
-import pathlib
 import random
 
+from . import DATA
 from .make_reference import problem, wrench, write
 
-FILE = pathlib.Path(__file__).with_name("report.json")
+FILE = DATA / "report.json"
 GRAVITY = (0.0, 0.0, -9.80665)
 AT_REST = ((0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
 

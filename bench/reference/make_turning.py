@@ -1,9 +1,9 @@
 """
 Solve rotations of extreme bodies with mpmath to more than 30 digits and write turning.json, for the report's maps.
 
-Run `python make_turning.py` (some minutes). Nothing is imported from `rigid_body_sim`. Euler's equations in principal
-axes with a constant torque t in body axes, and q' = 1/2 q (0, w), are integrated by their Taylor series from q = 1, in
-SI units and with exact doubles for moments, rates, torque and time:
+Run `python -m bench.reference.make_turning` (some minutes). Nothing of the simulator is imported. Euler's equations in
+principal axes with a constant torque t in body axes, and q' = 1/2 q (0, w), are integrated by their Taylor series from
+q = 1, in SI units and with exact doubles for moments, rates, torque and time:
 
     I w' = (I w) x w + t
 
@@ -12,12 +12,13 @@ Every case is solved twice, with different order, step and number of digits; bot
 
 import json
 import multiprocessing
-import pathlib
 
 import mpmath
 from mpmath import mp, mpf
 
-FILE = pathlib.Path(__file__).with_name("turning.json")
+from . import DATA
+
+FILE = DATA / "turning.json"
 ACCURATE = (64, 50)  # decimal digits, order
 CONTROL = (58, 46)
 WANTED_AGREEMENT = mpf("1e-30")

@@ -10,7 +10,7 @@ import time
 
 import pytest
 
-from rigid_body_sim.tools.node_bench.record import AT_LEAST, AT_MOST, BELOW, Figure
+from bench.node_bench.record import AT_LEAST, AT_MOST, BELOW, Figure
 
 NAMES = {"name", "value", "unit", "how", "goal", "met", "spread", "load"}
 
@@ -46,7 +46,7 @@ def test_what_could_not_be_measured_keeps_its_reason():
 
 
 def start(*arguments: str) -> subprocess.Popen:
-    command = [sys.executable, "-m", "rigid_body_sim.tools.node_bench", *arguments]
+    command = [sys.executable, "-m", "bench.node_bench", *arguments]
     return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 
 

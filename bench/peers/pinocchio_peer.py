@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from ..method import SIMULATOR, STEP, Method, step_sizes, steps_held
-from ..problems import End, Problem
+from rigid_body_sim.report.method import SIMULATOR, STEP, Method, step_sizes, steps_held
+from rigid_body_sim.report.problems import End, Problem
 
-PACKAGE = "pin"
+MODULE, PACKAGE = "pinocchio", "pin"
 STEP_COST = {"Euler": 4e-6, "RK4": 3e-5}  # s, about
 
 

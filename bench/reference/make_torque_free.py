@@ -1,7 +1,7 @@
 """
 Solve torque-free rotations with mpmath to more than 30 digits and write torque_free.json.
 
-Run `python -m rigid_body_sim.report.reference.make_torque_free` (some minutes). Nothing of the simulator is imported,
+Run `python -m bench.reference.make_torque_free` (some minutes). Nothing of the simulator is imported,
 and no elliptic function is used: Euler's equations in principal axes and q' = 1/2 q (0, w) are integrated by their
 Taylor series. With moments I [kg m^2], the quaternion q (scalar first, principal axes to world) and the angular
 momentum L [kg m^2/s, world], all exact doubles (q is divided by its norm at full precision), w = R(q)^T L / I at the
@@ -14,13 +14,14 @@ Every case is solved twice, with different order, step and number of digits; bot
 
 import json
 import multiprocessing
-import pathlib
 import random
 
 import mpmath
 from mpmath import mp, mpf
 
-FILE = pathlib.Path(__file__).with_name("torque_free.json")
+from . import DATA
+
+FILE = DATA / "torque_free.json"
 ACCURATE = (54, 46)  # decimal digits, order
 CONTROL = (48, 42)
 WANTED_AGREEMENT = mpf("1e-30")

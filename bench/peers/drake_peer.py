@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from ..method import RTOL, SIMULATOR, Method
-from ..problems import End, Problem
+from rigid_body_sim.report.method import RTOL, SIMULATOR, Method
+from rigid_body_sim.report.problems import End, Problem
 
-PACKAGE = "drake"
+MODULE, PACKAGE = "pydrake", "drake"
 INTEGRATORS = {"RK3": "runge_kutta3", "RK5": "runge_kutta5"}
 LONGEST_TURN = 1.0  # rad in a step: from one of many turns its error control does not find back
 AXES = (("y", np.pi / 2), ("x", -np.pi / 2), ("z", 0.0))  # turns that take z to x, y and z

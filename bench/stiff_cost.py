@@ -14,19 +14,19 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from ..command_line import takes_nothing
-from ..effects.drag import NO_DRAG, Drag
-from ..effects.tether import Tether
-from ..kernels import motion
-from ..kernels.arrays import Floats
-from ..kernels.state import LOW
-from ..kernels.wrench import reduce_wrench
-from ..simulation import Simulation
-from ..terms import new_model
-from ..values.body import Body
-from ..values.rotation import multiply, skew, to_matrix
-from ..values.state import State, flatten
-from ..values.wrench import Wrench
+from rigid_body_sim.command_line import takes_nothing
+from rigid_body_sim.effects.drag import NO_DRAG, Drag
+from rigid_body_sim.effects.tether import Tether
+from rigid_body_sim.kernels import motion
+from rigid_body_sim.kernels.arrays import Floats
+from rigid_body_sim.kernels.state import LOW
+from rigid_body_sim.kernels.wrench import reduce_wrench
+from rigid_body_sim.simulation import Simulation
+from rigid_body_sim.terms import new_model
+from rigid_body_sim.values.body import Body
+from rigid_body_sim.values.rotation import multiply, skew, to_matrix
+from rigid_body_sim.values.state import State, flatten
+from rigid_body_sim.values.wrench import Wrench
 
 GRAVITY = np.array((0.0, 0.0, -9.80665))  # m/s²
 RATE = 10.0  # Hz

@@ -1,4 +1,4 @@
-"""What a published and a received message cost, as bytes and typed: ``python -m rigid_body_sim.tools.message_cost``.
+"""What a published and a received message cost, as bytes and typed: ``python -m bench.message_cost``.
 
 CPU time; the candidates take turns in one run, so that they see the same machine, and a figure is the median over
 rounds. Publishing is measured without a listener: what the middleware does for one is the same for both.
@@ -15,13 +15,13 @@ from geometry_msgs.msg import WrenchStamped
 from rclpy.node import Node
 from rclpy.serialization import deserialize_message, serialize_message
 
-from ..command_line import takes_nothing
-from ..ros import cdr, messages
-from ..ros.executor import executor_for
-from ..ros.outputs import Channel, Motion, Outputs
-from ..ros.wrench_reader import WrenchReader
-from ..scene.loader import Scene
-from ..simulation import Simulation
+from rigid_body_sim.command_line import takes_nothing
+from rigid_body_sim.ros import cdr, messages
+from rigid_body_sim.ros.executor import executor_for
+from rigid_body_sim.ros.outputs import Channel, Motion, Outputs
+from rigid_body_sim.ros.wrench_reader import WrenchReader
+from rigid_body_sim.scene.loader import Scene
+from rigid_body_sim.simulation import Simulation
 
 ROUNDS = 15
 CALLS = 1000

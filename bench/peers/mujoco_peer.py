@@ -4,11 +4,11 @@ from typing import Any
 
 import numpy as np
 
-from ...kernels.vectors import qrotate_back
-from ..method import SIMULATOR, STEP, Method, step_sizes, steps_held
-from ..problems import End, Problem
+from rigid_body_sim.kernels.vectors import qrotate_back
+from rigid_body_sim.report.method import SIMULATOR, STEP, Method, step_sizes, steps_held
+from rigid_body_sim.report.problems import End, Problem
 
-PACKAGE = "mujoco"
+MODULE, PACKAGE = "mujoco", "mujoco"
 STEP_COST = {"Euler": 1.5e-6, "implicit": 2e-6, "RK4": 6e-6}  # s, about
 
 _XML = """<mujoco>

@@ -2,11 +2,12 @@
 
 from collections.abc import Callable
 
-from ..method import LIBRARY, RTOL, Method
-from ..problems import End, Problem
+from rigid_body_sim.report.method import LIBRARY, RTOL, Method
+from rigid_body_sim.report.problems import End, Problem
+
 from .jax_peer import compiled, end_of, initial, slope, wrenches
 
-PACKAGE = "diffrax"
+MODULE, PACKAGE = "diffrax", "diffrax"
 SOLVERS = ("Tsit5", "Dopri8")
 RTOLS = tuple(10.0**-k for k in range(3, 14))
 

@@ -11,8 +11,8 @@ from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped, TwistStamped, WrenchStamped
 from rclpy.node import Node
 
-from ...ros.executor import executor_for
-from ..processes import Child, Children, children
+from rigid_body_sim.ros.executor import executor_for
+from rigid_body_sim.tools.processes import Child, Children, children
 
 OUR_NODE = "rigid_body_sim.ros.main"
 CONNECTED_WITHIN = 180.0  # s: kernels may have to be compiled first

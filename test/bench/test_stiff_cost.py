@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from bench import stiff_cost
 from rigid_body_sim.kernels.state import LOW
-from rigid_body_sim.report import stiff_cost
 from rigid_body_sim.terms import new_model
 from rigid_body_sim.values.state import flatten
 from rigid_body_sim.values.wrench import Wrench

@@ -6,11 +6,11 @@ from collections.abc import Iterable, Sequence
 from functools import partial
 from pathlib import Path
 
-from .. import integrators
-from ..command_line import Parser
-from ..mass.shapes import SHAPES
-from ..scene import schema
-from . import control
+from rigid_body_sim import integrators
+from rigid_body_sim.command_line import Parser
+from rigid_body_sim.mass.shapes import SHAPES
+from rigid_body_sim.scene import schema
+from rigid_body_sim.tools import control
 
 
 def parameters_table(table: Iterable[schema.Parameter] = schema.TABLE) -> str:

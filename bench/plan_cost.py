@@ -4,37 +4,22 @@ All figures come from one run in which the candidates take turns. ``in one call`
 each`` is the kernel called for every step, less what an empty call costs.
 """
 
-import statistics
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
-import numpy as np
+from rigid_body_sim.command_line import takes_nothing
+from rigid_body_sim.effects.drag import Drag
+from rigid_body_sim.effects.tether import Tether
+from rigid_body_sim.report.cost import FULL_WRENCH, costs
+from rigid_body_sim.simulation import Simulation
+from rigid_body_sim.values.body import Body
+from rigid_body_sim.values.state import State
+from rigid_body_sim.values.wrench import Wrench
 
-from ..command_line import takes_nothing
-from ..effects.drag import Drag
-from ..effects.tether import Tether
-from ..kernels import compiled
-from ..simulation import Simulation
-from ..terms import new_model
-from ..values.body import Body
-from ..values.state import State, flatten
-from ..values.wrench import Wrench
-from .step_cost import GRAVITY, MOMENTS, SPIN, seconds
+from .step_cost import GRAVITY, MOMENTS, SPIN
 
 ROUNDS = 40
-CALLS = 500
-STEPS = 2000
-LEAST = 1e-9  # s: what cannot be told from an empty call
-TINY = 1e-30  # switches a term on and changes no digit
-
-FULL_WRENCH = Wrench(
-    (TINY,) * 3,
-    (TINY,) * 3,
-    (TINY,) * 3,
-    (TINY,) * 3,
-    points=[((0.3, 0.1, 0.2), (TINY, 0.0, 0.0)), ((0.1, 0.2, 0.3), (0.0, TINY, 0.0))],
-)
 STIFF_TETHER = Tether(anchor=(0.0, 0.0, 1.0), rest_length=1.0, stiffness=1e8, damping=1e5)
 
 
@@ -63,38 +48,6 @@ def _simulation(body: Body, state: State, wrench: Wrench, options: dict[str, Any
     simulation = Simulation(body, state, gravity=GRAVITY, **options)
     simulation.set_wrench(wrench)
     return simulation
-
-
-def calls_of(simulation: Simulation) -> Callable[[int], object]:
-    """The kernel that the plan calls, for a number of steps, on a state of its own."""
-    terms = (simulation.body, simulation.gravity, simulation.wrench, simulation.drag, simulation.tethers)
-    model = new_model(*terms, forces=simulation.forces)
-    state, work = flatten(simulation.state, model), np.zeros(simulation.integrator.work_size)
-    h = 1.0 / simulation.rate
-    kernel = compiled.ready(simulation.integrator.steps, state, model, work, h, 1)
-    return lambda steps: kernel(state, model, work, h, steps)
-
-
-def costs(simulations: Mapping[str, Simulation], rounds: int) -> dict[str, tuple[float, float]]:
-    """Time per step [s] in one call, and with a call each, by name: medians over rounds in which all take turns."""
-    calls = {name: calls_of(simulation) for name, simulation in simulations.items()}
-    measured: dict[str, list[tuple[float, float, float]]] = {name: [] for name in simulations}
-    for _ in range(rounds):
-        for name, simulation in simulations.items():
-            before = simulation.save()
-            measured[name].append(_costs(simulation, calls[name]))
-            simulation.restore(before)
-    middle = {name: [statistics.median(column) for column in zip(*m, strict=True)] for name, m in measured.items()}
-    return {name: (bulk, max(each - empty, LEAST)) for name, (bulk, each, empty) in middle.items()}
-
-
-def _costs(simulation: Simulation, call: Callable[[int], object]) -> tuple[float, float, float]:
-    """Time [s] of a step in one call, of a step with a call of its own, and of an empty call."""
-    return (
-        seconds(lambda: simulation.step(STEPS)) / STEPS,
-        seconds(lambda: [call(1) for _ in range(CALLS)]) / CALLS,
-        seconds(lambda: [call(0) for _ in range(CALLS)]) / CALLS,
-    )
 
 
 def main(args: Sequence[str] | None = None) -> int:

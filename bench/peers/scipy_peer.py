@@ -2,16 +2,16 @@
 
 import numpy as np
 
-from ...kernels import compiled
-from ...kernels import state as flat
-from ...kernels.motion import derivative
-from ...kernels.wrench import reduce_wrench
-from ...terms import Terms
-from ...values.state import flatten
-from ..method import LIBRARY, RTOL, Method
-from ..problems import End, Problem
+from rigid_body_sim.kernels import compiled
+from rigid_body_sim.kernels import state as flat
+from rigid_body_sim.kernels.motion import derivative
+from rigid_body_sim.kernels.wrench import reduce_wrench
+from rigid_body_sim.report.method import LIBRARY, RTOL, Method
+from rigid_body_sim.report.problems import End, Problem
+from rigid_body_sim.terms import Terms
+from rigid_body_sim.values.state import flatten
 
-PACKAGE = "scipy"
+MODULE, PACKAGE = "scipy", "scipy"
 FINEST = {"DOP853": 13, "LSODA": 12, "Radau": 9}  # power of ten of the last rtol
 
 

@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from ..method import LIBRARY, STEP, Method, step_sizes, steps_held
-from ..problems import End, Problem
+from rigid_body_sim.report.method import LIBRARY, STEP, Method, step_sizes, steps_held
+from rigid_body_sim.report.problems import End, Problem
 
-PACKAGE = "jax"
+MODULE, PACKAGE = "jax", "jax"
 STEP_COST = 5e-7  # s, about
 
 

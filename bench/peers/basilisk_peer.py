@@ -6,11 +6,11 @@ from fractions import Fraction
 
 import numpy as np
 
-from ...values.rotation import normalize
-from ..method import SIMULATOR, STEP, Method, step_sizes
-from ..problems import End, Problem
+from rigid_body_sim.report.method import SIMULATOR, STEP, Method, step_sizes
+from rigid_body_sim.report.problems import End, Problem
+from rigid_body_sim.values.rotation import normalize
 
-PACKAGE = "bsk"
+MODULE, PACKAGE = "Basilisk", "bsk"
 STEP_COST = {"RK4": 1.5e-5, "RKF78": 5e-5}  # s, about
 STAGES = {"RK4": 4, "RKF78": 13}
 NANOSECONDS = 10**9  # it counts time in whole ones

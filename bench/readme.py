@@ -1,4 +1,4 @@
-"""Put the main picture and table of a report into the README: `python -m rigid_body_sim.report.readme FOLDER`."""
+"""Put the main picture and table of a report into the README: `python -m bench.readme FOLDER`."""
 
 import json
 import re
@@ -7,9 +7,9 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from ..command_line import Parser
-from . import page
-from .section import Table
+from rigid_body_sim.command_line import Parser
+from rigid_body_sim.report import page
+from rigid_body_sim.report.section import Table
 
 STEM = "error_overview"
 BEGIN, END = "<!-- report: begin -->", "<!-- report: end -->"

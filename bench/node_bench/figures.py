@@ -16,17 +16,18 @@ from rclpy.executors import Executor
 from rclpy.node import Node
 from std_srvs.srv import Trigger
 
-from ...ros import realtime
-from ...ros.executor import executor_for
-from ...scene.installed import installed
-from ..processes import ChildError
+from rigid_body_sim.ros import realtime
+from rigid_body_sim.ros.executor import executor_for
+from rigid_body_sim.scene.installed import installed
+from rigid_body_sim.tools.processes import ChildError
+
 from . import usual_slack
 from .bench import CONNECTED_WITHIN, OUR_NODE, SPINNING, UnderTest, commands, node_under_test, subscriber, wait_warm
 from .record import AT_LEAST, AT_MOST, BELOW, Figure
 
-ORDINARY = "rigid_body_sim.tools.node_bench.ordinary_node"
-USUAL_SLACK = "rigid_body_sim.tools.node_bench.usual_slack"
-TRACED = "rigid_body_sim.tools.node_bench.traced_node"
+ORDINARY = "bench.node_bench.ordinary_node"
+USUAL_SLACK = "bench.node_bench.usual_slack"
+TRACED = "bench.node_bench.traced_node"
 ROUNDS = 3
 WAKE_UPS = 1000  # in a round
 EVERY_STEP = {"publish_rate": 0.0}  # publish each

@@ -1,7 +1,7 @@
 """
 Solve a few rigid-body problems with mpmath to more than 30 digits and write trajectories.json.
 
-Run it with `python -m rigid_body_sim.report.reference.make_reference`, which takes a few minutes; with `--check` it
+Run it with `python -m bench.reference.make_reference`, which takes a few minutes; with `--check` it
 solves the beginning of one problem again, at lower cost, and compares it with the file. Needs only Python and mpmath.
 The problems of the report are in make_report.py, which uses what is here.
 
@@ -39,7 +39,6 @@ import argparse
 import json
 import math
 import multiprocessing
-import pathlib
 import random
 import re
 import sys
@@ -50,7 +49,9 @@ import mpmath
 from mpmath import fdot as dot
 from mpmath import mp, mpf
 
-FILE = pathlib.Path(__file__).with_name("trajectories.json")
+from . import DATA
+
+FILE = DATA / "trajectories.json"
 ACCURATE = (60, 56)  # decimal digits, order of the Taylor series; this solution is written to the file
 CONTROL = (40, 40)  # the second solution, only compared
 QUICK = (30, 30)  # the solution of --check

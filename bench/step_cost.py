@@ -8,19 +8,19 @@ import functools
 import platform
 import statistics
 import sys
-import time
 from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
 
-from .. import integrators
-from ..command_line import takes_nothing
-from ..kernels import compiled
-from ..simulation import Simulation
-from ..values.body import Body
-from ..values.state import State
-from ..values.wrench import Wrench
+from rigid_body_sim import integrators
+from rigid_body_sim.command_line import takes_nothing
+from rigid_body_sim.kernels import compiled
+from rigid_body_sim.report.cost import seconds
+from rigid_body_sim.simulation import Simulation
+from rigid_body_sim.values.body import Body
+from rigid_body_sim.values.state import State
+from rigid_body_sim.values.wrench import Wrench
 
 ROUNDS = 60
 STEPS = 2000
@@ -41,13 +41,6 @@ WRENCHES = {
         points=[((0.0, 0.0, SMALL), (0.0, 0.0, -1.0)), ((0.0, SMALL, 0.0), (0.0, 1.0, -1.0))]
     ),
 }
-
-
-def seconds(work: Callable[[], object]) -> float:
-    """Processor time [s] that ``work`` takes: what other programs do meanwhile does not count."""
-    begin = time.process_time()
-    work()
-    return time.process_time() - begin
 
 
 def kernel_costs(wrench: Wrench) -> dict[str, list[float]]:
