@@ -167,7 +167,7 @@ def test_import_in_the_wrong_direction_is_noticed(module, text, said):
         ("integrators.rk4", "from ..kernels.state import X\nfrom .base import Integrator\nimport math"),
         ("simulation", "from . import integrators\nfrom .kernels import compiled\nfrom .scene.loader import Scene"),
         ("ros.node", "import rclpy\nfrom geometry_msgs.msg import Pose\nfrom ..simulation import Simulation"),
-        ("tools.demo", "from ..ros import pacing\nfrom rclpy.node import Node\nfrom . import picture"),
+        ("tools.demo", "from ..ros import pacing\nfrom rclpy.node import Node\nfrom . import findings"),
         ("kernels.compiled", "import numba"),
         ("values.__init__", "from . import body"),
     ],

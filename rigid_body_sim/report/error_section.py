@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from . import frontier, ours, peers
-from .error_pictures import MICRO, error_against_time, overview
+from .error_plots import MICRO, error_against_time, overview
 from .frontier import AT, BELOW, BEST, LEVELS, PEER_GOAL, SIMULATOR_GOAL, Point
 from .method import LIBRARY, OURS, SIMULATOR, measure
 from .problems import TITLES, problem

@@ -13,10 +13,10 @@ from ..command_line import Parser
 from ..kernels import compiled
 from . import machine, page, peers
 from .error_section import ErrorSection
-from .left_out import LeftOut
+from .left_out_section import LeftOut
 from .problems import TITLES
 from .section import FAILED, Measurement, Result, Results, Section, Settings
-from .stability.section import Stability
+from .stability_section import Stability
 from .store import Store, StoreError
 
 SECTIONS: tuple[Section, ...] = (ErrorSection(), Stability(), LeftOut())

@@ -19,7 +19,7 @@ from ..scene.loader import Scene, load_scene
 from ..scene.schema import PARTS
 from ..simulation import kernels_are_cached
 from ..values import rotation
-from . import findings, picture
+from . import demo_plot, findings
 from .processes import ChildError, Children, children
 
 if TYPE_CHECKING:
@@ -221,7 +221,7 @@ def _report(scene: Scene, heard: "Listener", arguments: argparse.Namespace) -> N
     name = arguments.scene.stem.replace("_", " ")
     title = f"{name}, turned from {first:.0f}° to {last:.1g}° off its target by a controller that knows only ROS topics"
     try:
-        picture.draw(recording, TARGET, MAX_TORQUE, title, arguments.out)
+        demo_plot.draw(recording, TARGET, MAX_TORQUE, title, arguments.out)
     except ImportError:
         print(f"{'picture':{width}}  none: it needs matplotlib ({HOW_TO_INSTALL})")
     else:

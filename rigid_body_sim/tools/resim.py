@@ -21,7 +21,7 @@ from ..command_line import Parser
 from ..scene.loader import DEFAULT_NODE, Scene, load_scene
 from ..scene.schema import one_line
 from ..simulation import SimulationError
-from . import resim_output, resim_picture, sweep
+from . import resim_output, resim_plot, sweep
 from .resim_main import INTERRUPTED
 
 SAME, FAILED, DIFFERS = 0, 1, 2
@@ -177,7 +177,7 @@ def _picture(options: argparse.Namespace) -> Path | None:
     if options.plot is None:
         return None
     path = Path(f"{_stem(options.bag)}.png") if options.plot == Path() else options.plot
-    resim_picture.check(path)
+    resim_plot.check(path)
     return path
 
 
@@ -260,7 +260,7 @@ def _compare(problem: Problem, track: Track, options: argparse.Namespace, pictur
     assert problem.recorded is not None  # looked at before
     comparison = Comparison(problem.stamp_ns, problem.recorded, track.poses)
     if picture is not None:
-        resim_picture.draw(comparison, tolerance, f"{options.bag.name} simulated again", picture)
+        resim_plot.draw(comparison, tolerance, f"{options.bag.name} simulated again", picture)
         print(f"Picture: {picture}")
     _tell_errors(comparison)
     status = _verdict(comparison, tolerance)

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from . import frontier, pictures
+from . import frontier, style
 from .frontier import AT, BEST, Point
 from .method import LIBRARY, OURS, SIMULATOR
 from .problems import TITLES
@@ -13,10 +13,10 @@ from .section import Picture, Results
 MICRO = 1e6
 NO_LOWER = 1e-17  # where an error of zero is drawn
 GROUPS = {  # of the overview: what it is called, its colour and marker, and which points belong to it
-    "taylor or auto": (pictures.BLACK, "*", lambda p: p["method"] in BEST),
-    "rk4 of this package": (pictures.BLUE, "s", lambda p: p["method"] == "rk4"),
-    "best other library": (pictures.ORANGE, "o", lambda p: p["kind"] == LIBRARY),
-    "best robotics simulator": (pictures.RED, "D", lambda p: p["kind"] == SIMULATOR),
+    "taylor or auto": (style.BLACK, "*", lambda p: p["method"] in BEST),
+    "rk4 of this package": (style.BLUE, "s", lambda p: p["method"] == "rk4"),
+    "best other library": (style.ORANGE, "o", lambda p: p["kind"] == LIBRARY),
+    "best robotics simulator": (style.RED, "D", lambda p: p["kind"] == SIMULATOR),
 }
 
 
@@ -28,14 +28,14 @@ def _mark(what: str) -> dict[str, Any]:
 
 def overview(results: Results, names: Sequence[str], folder: Path) -> Picture:
     """What each group pays for an error of AT, a line for each problem."""
-    with pictures.figure(9.0, 1.6 + 0.45 * len(names)) as figure:
+    with style.figure(9.0, 1.6 + 0.45 * len(names)) as figure:
         axes = figure.subplots()
         for row, name in enumerate(names):
             found = frontier.points(results, name)
             ways = {what: frontier.cheapest(filter(belongs, found), AT) for what, (*_, belongs) in GROUPS.items()}
             costs = [MICRO * way["cpu"] for way in ways.values() if way]
             if costs:
-                axes.plot([min(costs), max(costs)], [row, row], color=pictures.LIGHT, linewidth=4, zorder=1)
+                axes.plot([min(costs), max(costs)], [row, row], color=style.LIGHT, linewidth=4, zorder=1)
             for what, way in ways.items():
                 if way:
                     axes.plot(MICRO * way["cpu"], row, **_mark(what))
@@ -46,29 +46,29 @@ def overview(results: Results, names: Sequence[str], folder: Path) -> Picture:
         axes.set_xlabel(f"CPU time per simulated second at an error of {AT:.0e} [µs]")
         figure.legend(loc="outside upper center", ncols=2)
         caption = f"What an error of {AT:.0e} costs: left is better; who has no mark in a line does not reach it."
-        return pictures.save(figure, folder, "error_overview", caption)
+        return style.save(figure, folder, "error_overview", caption)
 
 
 _OWN_STYLE = {
-    "auto": (pictures.BLACK, "*"),
-    "taylor": (pictures.RED, "o"),
-    "exact": (pictures.GREEN, "D"),
-    "rk4": (pictures.BLUE, "s"),
-    "rkmk4": (pictures.SKY, "s"),
-    "splitting": (pictures.ORANGE, "^"),
-    "splitting4": (pictures.ORANGE, "v"),
-    "semi_implicit_euler": (pictures.PURPLE, "P"),
-    "matrix_euler": (pictures.PURPLE, "X"),
-    "dop853": (pictures.GREEN, "h"),
-    "rosenbrock": (pictures.YELLOW, "p"),
+    "auto": (style.BLACK, "*"),
+    "taylor": (style.RED, "o"),
+    "exact": (style.GREEN, "D"),
+    "rk4": (style.BLUE, "s"),
+    "rkmk4": (style.SKY, "s"),
+    "splitting": (style.ORANGE, "^"),
+    "splitting4": (style.ORANGE, "v"),
+    "semi_implicit_euler": (style.PURPLE, "P"),
+    "matrix_euler": (style.PURPLE, "X"),
+    "dop853": (style.GREEN, "h"),
+    "rosenbrock": (style.YELLOW, "p"),
 }
 _MARKERS = "ov^<>sDpPX*hd8"
-_COLOURS = (pictures.BLUE, pictures.RED, pictures.GREEN, pictures.PURPLE, pictures.ORANGE, pictures.SKY, pictures.GREY)
+_COLOURS = (style.BLUE, style.RED, style.GREEN, style.PURPLE, style.ORANGE, style.SKY, style.GREY)
 
 
 def error_against_time(found: Sequence[Point], name: str, folder: Path) -> Picture:
     """All points of a problem, joined method by method, and the frontier."""
-    with pictures.figure(10.0, 6.4) as figure:
+    with style.figure(10.0, 6.4) as figure:
         axes = figure.subplots()
         edge = frontier.frontier(found, tie=0.0)  # with ties it would be a band that goes up and down
         axes.plot(*_xy(edge), color="#FFE08A", linewidth=11, solid_capstyle="round", zorder=0, label="frontier")
@@ -85,7 +85,7 @@ def error_against_time(found: Sequence[Point], name: str, folder: Path) -> Pictu
             title_fontsize=9,
             title="solid: this package\ndashed: others",
         )
-        return pictures.save(
+        return style.save(
             figure, folder, f"error_{name}", f"{TITLES[name]}: error against CPU time; lower left is better."
         )
 
@@ -96,7 +96,7 @@ def _xy(points: Sequence[Point]) -> tuple[list[float], list[float]]:
 
 def _style(method: str, kind: str, index: int) -> dict[str, Any]:
     if kind == OURS:
-        colour, marker = _OWN_STYLE.get(method, (pictures.GREY, "o"))
+        colour, marker = _OWN_STYLE.get(method, (style.GREY, "o"))
         width, size, order = (2.0, 9, 5 + (marker == "*")) if method in BEST else (1.2, 5, 3)
         edge = {"markeredgecolor": "white", "markeredgewidth": 0.5}
         return {"color": colour, "marker": marker, "linewidth": width, "markersize": size, "zorder": order, **edge}

@@ -7,9 +7,9 @@ import json
 import pytest
 
 from rigid_body_sim.report.section import FAILED, Paragraph, Picture, Settings, Table
-from rigid_body_sim.report.stability import drawing, long_run, maps, matrix
+from rigid_body_sim.report.stability import long_run, maps, matrix, plots
 from rigid_body_sim.report.stability.outcome import Outcome
-from rigid_body_sim.report.stability.section import MAPS, Stability, growth_sentence
+from rigid_body_sim.report.stability_section import MAPS, Stability, growth_sentence
 
 pytest.importorskip("matplotlib")
 
@@ -200,4 +200,4 @@ def test_matrix_decays_as_its_step_says_and_the_quaternion_four_times_slower():
     ],
 )
 def test_numbers_on_axes_are_short(number, text):
-    assert drawing.in_short(number) == text
+    assert plots.in_short(number) == text

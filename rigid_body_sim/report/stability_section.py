@@ -6,10 +6,10 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from ... import integrators
-from ..section import Block, Heading, Measurement, Paragraph, Result, Results, Settings, Table, finished
-from . import controller, damping, drawing, long_run, maps, matrix, step_size, tether, turning
-from .outcome import ACCURATE, Outcome
+from .. import integrators
+from .section import Block, Heading, Measurement, Paragraph, Result, Results, Settings, Table, finished
+from .stability import controller, damping, long_run, maps, matrix, plots, step_size, tether, turning
+from .stability.outcome import ACCURATE, Outcome
 
 AUTO = integrators.AUTO
 
@@ -124,7 +124,7 @@ def _map_blocks(name: str, measured: dict[str, Result], folder: Path) -> list[Bl
     drawn = MAPS[name](False)
     return [
         Heading(drawn.title),
-        drawing.draw_map(drawn, measured, folder, f"stability_{name}", drawn.text),
+        plots.draw_map(drawn, measured, folder, f"stability_{name}", drawn.text),
         Paragraph(maps.conclusion(drawn, measured)),
     ]
 
@@ -165,7 +165,7 @@ def _long_run_blocks(results: Results, folder: Path) -> list[Block]:
     energy, attitude = _long_runs(results, "energy"), _long_runs(results, "attitude")
     if not (energy and attitude):
         return []
-    picture = drawing.draw_growth(
+    picture = plots.draw_growth(
         ("energy error, relative", [(name, *one) for name, one in energy.items()]),
         ("attitude error [rad]", [(name, *one) for name, one in attitude.items()]),
         folder,
@@ -198,7 +198,7 @@ def _matrix_blocks(results: Results, folder: Path) -> list[Block]:
     measured = {key.split("/")[1]: result for key, result in finished(results, "matrix/").items()}
     if set(measured) != set(matrix.KINDS):
         return []
-    picture = drawing.draw_decay(
+    picture = plots.draw_decay(
         measured,
         folder,
         "stability_matrix",

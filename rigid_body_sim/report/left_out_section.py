@@ -16,7 +16,7 @@ from ..scene.loader import Scene, load_scene
 from ..simulation import Simulation
 from ..values import rotation
 from ..values.wrench import Wrench, total
-from . import pictures
+from . import style
 from .cost import FULL_WRENCH, TINY, costs
 from .section import FAILED, Block, Measurement, Paragraph, Picture, Result, Results, Settings, Table, finished
 
@@ -182,11 +182,11 @@ def _table(plans: Plans) -> Table:
 def _picture(plans: Plans, folder: Path) -> Picture:
     """Bars: a step by plan, by the full wrench, and with drag and a tether."""
     kinds = (
-        ("plan", pictures.BLUE, "the plan"),
-        ("full", pictures.ORANGE, "the full equations"),
-        ("everything", pictures.GREY, "with drag and a tether besides"),
+        ("plan", style.BLUE, "the plan"),
+        ("full", style.ORANGE, "the full equations"),
+        ("everything", style.GREY, "with drag and a tether besides"),
     )
-    with pictures.figure(9.0, 0.62 * len(plans) + 1.4) as figure:
+    with style.figure(9.0, 0.62 * len(plans) + 1.4) as figure:
         panel = figure.subplots()
         for k, (kind, colour, label) in enumerate(kinds):
             there = [(row, 1e9 * one[kind]["each"]) for row, one in enumerate(plans.values()) if kind in one]
@@ -200,9 +200,7 @@ def _picture(plans: Plans, folder: Path) -> Picture:
         panel.margins(x=0.12)
         panel.set_xlabel("processor time of a step, called one by one [ns]")
         figure.legend(loc="outside upper center", ncols=3, fontsize=10)
-        return pictures.save(
-            figure, folder, "left_out_costs", "What a step costs by each plan and by the full equations."
-        )
+        return style.save(figure, folder, "left_out_costs", "What a step costs by each plan and by the full equations.")
 
 
 def conclusion(plans: Plans) -> str:

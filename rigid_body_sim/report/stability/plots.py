@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from .. import pictures
+from .. import style
 from ..section import Picture
 from . import maps
 from .outcome import Outcome
@@ -17,10 +17,10 @@ _NAMES = {0.5: "√n", 1.0: "n", 1.5: "n√n"}
 
 # Colour, sign in words, the marker that draws it and its colour: four lightnesses, so that they differ in grey too.
 LOOK = {
-    Outcome.ACCURATE: (pictures.SKY, "•", ".", pictures.BLACK),
-    Outcome.WRONG: (pictures.RED, "▼", "v", "#FFFFFF"),
-    Outcome.DIVERGED: (pictures.BLACK, "×", "x", "#FFFFFF"),
-    Outcome.REFUSED: ("#F2F2F2", "–", "_", pictures.GREY),
+    Outcome.ACCURATE: (style.SKY, "•", ".", style.BLACK),
+    Outcome.WRONG: (style.RED, "▼", "v", "#FFFFFF"),
+    Outcome.DIVERGED: (style.BLACK, "×", "x", "#FFFFFF"),
+    Outcome.REFUSED: ("#F2F2F2", "–", "_", style.GREY),
 }
 _ORDER = list(LOOK)
 ACROSS = 3  # panels side by side
@@ -33,7 +33,7 @@ def draw_map(
     shown = {name: one for name, one in measured.items() if maps.takes_part(one)}
     across, down = min(ACROSS, len(shown)), math.ceil(len(shown) / ACROSS)
     cells = len(next(iter(shown.values()))["rows"])
-    with pictures.figure(3.4 * across + 0.8, (0.3 * max(cells, 5) + 1.0) * down + 0.9) as figure:
+    with style.figure(3.4 * across + 0.8, (0.3 * max(cells, 5) + 1.0) * down + 0.9) as figure:
         panels = figure.subplots(down, across, squeeze=False, sharex=True, sharey=True)
         for panel in panels.flat[len(shown) :]:
             panel.set_visible(False)
@@ -44,7 +44,7 @@ def draw_map(
         figure.supxlabel(drawn.columns_label, fontsize=11)
         figure.supylabel(drawn.rows_label, fontsize=11)
         _legend(figure)
-        return pictures.save(figure, folder, stem, caption)
+        return style.save(figure, folder, stem, caption)
 
 
 def _panel(panel: "Axes", measured: dict[str, Any]) -> None:
@@ -86,7 +86,7 @@ def _legend(figure: Any) -> None:
 
     handles = [
         Line2D(
-            [], [], linestyle="", marker="s", markersize=14, markerfacecolor=colour, markeredgecolor=pictures.GREY,
+            [], [], linestyle="", marker="s", markersize=14, markerfacecolor=colour, markeredgecolor=style.GREY,
             label=f"{outcome.value} ({sign})",
         )
         for outcome, (colour, sign, _, _) in LOOK.items()
@@ -96,7 +96,7 @@ def _legend(figure: Any) -> None:
 
 Curve = tuple[str, Sequence[float], Sequence[float]]  # label, across, up
 _STYLES = (
-    (pictures.BLUE, "-", "o"), (pictures.RED, "--", "s"), (pictures.GREEN, "-.", "^"), (pictures.PURPLE, ":", "D"),
+    (style.BLUE, "-", "o"), (style.RED, "--", "s"), (style.GREEN, "-.", "^"), (style.PURPLE, ":", "D"),
 )  # fmt: skip
 _STYLE_OF = {"taylor": 0, "exact": 3, "rk4": 1, "splitting4": 2}  # the same in both panels
 
@@ -105,14 +105,14 @@ def draw_growth(
     left: tuple[str, Sequence[Curve]], right: tuple[str, Sequence[Curve]], folder: Path, stem: str, caption: str
 ) -> Picture:
     """Errors against the number of steps in two panels (label, curves); thin lines show √n and n, n and n√n."""
-    with pictures.figure(10.0, 5.2) as figure:
+    with style.figure(10.0, 5.2) as figure:
         for panel, (label, curves), powers in zip(
             figure.subplots(1, 2), (left, right), ((0.5, 1.0), (1.0, 1.5)), strict=True
         ):
             _plot(panel, curves, label, "steps n")
             _guides(panel, curves, powers)
             panel.legend(loc="upper left", fontsize=9)
-        return pictures.save(figure, folder, stem, caption)
+        return style.save(figure, folder, stem, caption)
 
 
 def _guides(panel: "Axes", curves: Sequence[Curve], powers: Sequence[float]) -> None:
@@ -122,14 +122,14 @@ def _guides(panel: "Axes", curves: Sequence[Curve], powers: Sequence[float]) -> 
     last = max(curve[1][-1] for curve in curves)
     for power in powers:
         end = size * (last / first) ** power
-        panel.plot((first, last), (size, end), color=pictures.GREY, linewidth=0.9, zorder=1)
+        panel.plot((first, last), (size, end), color=style.GREY, linewidth=0.9, zorder=1)
         panel.annotate(
             _NAMES[power],
             (last, end),
             (-4, 3),
             textcoords="offset points",
             fontsize=10,
-            color=pictures.GREY,
+            color=style.GREY,
             ha="right",
         )
     low, high = panel.get_ylim()
@@ -138,7 +138,7 @@ def _guides(panel: "Axes", curves: Sequence[Curve], powers: Sequence[float]) -> 
 
 def draw_decay(measured: Mapping[str, dict[str, Any]], folder: Path, stem: str, caption: str) -> Picture:
     """Departure from a rotation, and attitude error, against the angle turned."""
-    with pictures.figure(10.0, 5.2) as figure:
+    with style.figure(10.0, 5.2) as figure:
         for panel, label, field in zip(
             figure.subplots(1, 2),
             ("departure from a rotation", "attitude error [rad]"),
@@ -149,7 +149,7 @@ def draw_decay(measured: Mapping[str, dict[str, Any]], folder: Path, stem: str, 
             _plot(panel, curves, label, "angle turned [rad]")
         handles, labels = figure.axes[0].get_legend_handles_labels()
         figure.legend(handles, labels, loc="outside upper center", ncols=2, fontsize=10)
-        return pictures.save(figure, folder, stem, caption)
+        return style.save(figure, folder, stem, caption)
 
 
 def _plot(panel: "Axes", curves: Sequence[Curve], label: str, across: str) -> None:
