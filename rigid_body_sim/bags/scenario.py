@@ -57,7 +57,7 @@ class Commands:
 
 
 @dataclass(frozen=True)
-class Problem:
+class Scenario:
     """What to simulate but the scene, as a bag tells it. It can be pickled and sent to another process.
 
     Poses are wanted at ``stamp_ns``; step 0 has the stamp ``epoch_ns``. Where there is a journal, it takes the place of
@@ -86,7 +86,7 @@ def scene_of(recording: Recording) -> Scene | None:
     return journals.beginning(journals.read(recording.journal)).scene if recording.journal else None
 
 
-def prepare(recording: Recording, scene: Scene, choices: Choices = BY_WHAT_IS_THERE) -> Problem:
+def prepare(recording: Recording, scene: Scene, choices: Choices = BY_WHAT_IS_THERE) -> Scenario:
     """What a bag says about a run of this scene. Raises BagError when that cannot be simulated again."""
     pose = topics.pose(recording, scene, choices.pose)
     twist = topics.twist(recording, pose)
@@ -128,7 +128,7 @@ def _by_commands(
     twist: str | None,
     choices: Choices,
     notes: list[str],
-) -> Problem:
+) -> Scenario:
     _check_frames(recording, pose, scene)
     poses, twists = _poses_in_order(recording, pose, notes), _twists(recording, twist, scene)
     first, start, told = _start(recording, scene, pose, poses, twists, choices.start)
@@ -140,7 +140,7 @@ def _by_commands(
         commands = _in_lockstep(recording, names, scene, poses if start else None, notes)
     else:
         commands = _since(epoch_ns, _by_time(recording, scene, names, poses, choices.times, notes))
-    return Problem(
+    return Scenario(
         epoch_ns,
         poses.stamp_ns,
         poses.receive_ns,
@@ -180,7 +180,7 @@ def _true_poses(recording: Recording, pose: str, notes: list[str]) -> Messages:
     return _chosen(poses, true)
 
 
-def _by_journal(recording: Recording, scene: Scene, pose: str | None, twist: str | None, notes: list[str]) -> Problem:
+def _by_journal(recording: Recording, scene: Scene, pose: str | None, twist: str | None, notes: list[str]) -> Scenario:
     if pose is None:
         raise BagError(f"{recording.path}: has a journal, but no pose to compare with; record pose, too")
     poses = _true_poses(recording, pose, notes)
@@ -188,7 +188,7 @@ def _by_journal(recording: Recording, scene: Scene, pose: str | None, twist: str
     entries = tuple(journals.read(recording.journal))
     notes.append("Simulated by the node's own journal: each command takes effect at the step at which it did.")
     notes.append(_other_kernels(journals.beginning(entries)))
-    return Problem(
+    return Scenario(
         journals.beginning(entries).epoch_ns,
         poses.stamp_ns,
         poses.receive_ns,
@@ -210,7 +210,7 @@ def _other_kernels(beginning: journals.Beginning) -> str:
 
 def _without_poses(
     recording: Recording, scene: Scene, names: Sequence[str], choices: Choices, notes: list[str]
-) -> Problem:
+) -> Scenario:
     """From the first command to the last, with a pose as often as the scene publishes one."""
     if scene["lockstep"] or choices.start == BAG:
         what = "lockstep" if scene["lockstep"] else "--start bag"
@@ -226,7 +226,9 @@ def _without_poses(
     stamp_ns = epoch_ns + np.rint(np.arange(count) * period).astype(np.int64)
     out_topics = topics.beside(names[0], "pose"), topics.beside(names[0], "twist")
     told = tuple(filter(None, notes))
-    return Problem(epoch_ns, stamp_ns, stamp_ns, stamp_ns, None, *out_topics, out_topics, commands=commands, notes=told)
+    return Scenario(
+        epoch_ns, stamp_ns, stamp_ns, stamp_ns, None, *out_topics, out_topics, commands=commands, notes=told
+    )
 
 
 def _between_steps(since_ns: Integers, rate: float) -> str:
