@@ -2,6 +2,7 @@
 
 import ast
 import re
+from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
 import pytest
@@ -110,6 +111,32 @@ def test_arrows_have_no_circle():
     ]
     for place, part in enumerate(order):
         assert ALLOWED[part] <= set(order[:place])
+
+
+def modules_used(texts):
+    """By module, the others among ``texts`` that it imports, wherever in its text; a package is its ``__init__``."""
+    known = {module.removesuffix(".__init__") for module in texts}
+    used = {}
+    for module, text in texts.items():
+        names = [name for name in imports_of(text, module) if name != FOR_ALL]
+        found = {name if name in known else name.rpartition(".")[0] for name in names}
+        used[module.removesuffix(".__init__")] = found & known
+    return used
+
+
+def test_modules_have_no_circle():
+    """Not even by imports inside functions."""
+    used = modules_used({module: path.read_text("utf-8") for module, path in MODULES.items()})
+    assert "rigid_body_sim.tools.resim" in used["rigid_body_sim.tools.resim_main"]  # which imports it in a function
+    list(TopologicalSorter(used).static_order())  # raises CycleError, with the circle
+
+
+@pytest.mark.parametrize("late", ["from . import a", "def f():\n    from .a import INTERRUPTED", "from . import get"])
+def test_a_circle_is_noticed(late):
+    texts = {"p.__init__": "from . import a", "p.a": "from . import b", "p.b": "import p.c", "p.c": late}
+    with pytest.raises(CycleError) as circle:
+        list(TopologicalSorter(modules_used(texts)).static_order())
+    assert {"p.a", "p.b", "p.c"} <= set(circle.value.args[1])
 
 
 @pytest.mark.parametrize("path", sorted(ROOT.glob("bench/**/*.py")), ids=lambda path: path.stem)

@@ -9,7 +9,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from rigid_body_sim.command_line import Parser
+from rigid_body_sim.command_line import INTERRUPTED, Parser
 
 from . import record
 
@@ -40,7 +40,7 @@ def main(args: list[str] | None = None) -> int:
         _measure(arguments.only or NAMES, arguments.seconds, found)
     except KeyboardInterrupt:
         print("interrupted", file=sys.stderr)
-        return 130
+        return INTERRUPTED
     except ImportError as reason:
         print(f"{reason}; rclpy is needed: source a ROS, or pip install 'rigid_body_sim[ros]'", file=sys.stderr)
         return 1

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from .. import integrators
-from ..command_line import Parser
+from ..command_line import INTERRUPTED, Parser
 from ..kernels import compiled
 from . import machine, page, peers
 from .error_section import ErrorSection
@@ -31,7 +31,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         _make(options, given)
     except KeyboardInterrupt:
         print("\nrigid_body_report: interrupted; the same command with --resume goes on", file=sys.stderr)
-        return 130
+        return INTERRUPTED
     except ImportError as reason:
         print(f"rigid_body_report: {reason}; {HOW_TO_INSTALL}", file=sys.stderr)
         return 1

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..command_line import Parser
+from ..command_line import INTERRUPTED, Parser
 from ..scene.installed import installed_scene
 from ..scene.loader import Scene, load_scene
 from ..scene.schema import PARTS
@@ -63,7 +63,7 @@ def _no_traceback() -> Iterator[None]:
     try:
         yield
     except KeyboardInterrupt:
-        raise _DemoError("interrupted", 130) from None
+        raise _DemoError("interrupted", INTERRUPTED) from None
     except (OSError, ValueError, ChildError, TimeoutError) as reason:
         raise _DemoError(reason) from None
     except ImportError as reason:

@@ -17,12 +17,11 @@ from ..bags.resimulating import Progress, Track
 from ..bags.rosbags_support import HOW_TO_INSTALL, BagError
 from ..bags.scenario import Choices, Scenario
 from ..bags.topics import A_POSE, there
-from ..command_line import Parser
+from ..command_line import INTERRUPTED, Parser
 from ..scene.loader import DEFAULT_NODE, Scene, load_scene
 from ..scene.schema import one_line
 from ..simulation import SimulationError
 from . import resim_output, resim_plot, sweep
-from .resim_main import INTERRUPTED
 
 SAME, FAILED, DIFFERS = 0, 1, 2
 USUAL_TOLERANCE = Tolerance(1e-9, 1e-9)

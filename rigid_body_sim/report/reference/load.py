@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-TRAJECTORIES, REPORT, TORQUE_FREE = "trajectories.json", "report.json", "torque_free.json"
+TRAJECTORIES, REPORT = "trajectories.json", "report.json"
 
 
 def stored(file: str) -> dict[str, Any]:
