@@ -1,7 +1,7 @@
 """
 Solve torque-free rotations with mpmath to more than 30 digits and write torque_free.json.
 
-Run `python -m bench.reference.make_torque_free` (some minutes). Nothing of the simulator is imported,
+Run `python -m bench.reference.make_torque_free` (some minutes). Nothing that simulates is imported,
 and no elliptic function is used: Euler's equations in principal axes and q' = 1/2 q (0, w) are integrated by their
 Taylor series. With moments I [kg m^2], the quaternion q (scalar first, principal axes to world) and the angular
 momentum L [kg m^2/s, world], all exact doubles (q is divided by its norm at full precision), w = R(q)^T L / I at the
@@ -18,6 +18,8 @@ import random
 
 import mpmath
 from mpmath import mp, mpf
+
+from rigid_body_sim.report.reference.quaternions import conjugate, product, unit
 
 from . import DATA
 
@@ -80,18 +82,8 @@ def cases():
     return found
 
 
-def multiply(a, b):
-    (aw, ax, ay, az), (bw, bx, by, bz) = a, b
-    return [
-        aw * bw - ax * bx - ay * by - az * bz,
-        aw * bx + bw * ax + ay * bz - az * by,
-        aw * by + bw * ay + az * bx - ax * bz,
-        aw * bz + bw * az + ax * by - ay * bx,
-    ]
-
-
-def series(q, w, ratios, order):
-    """Taylor coefficients of q and w."""
+def series(q, w, ratios, order, accelerations=(0, 0, 0)):
+    """Taylor coefficients of q and w; accelerations [rad/s^2] are those of a constant torque in body axes."""
     Q, W = [[c] for c in q], [[c] for c in w]
     s, x, y, z = Q
     a, b, c = W
@@ -101,6 +93,8 @@ def series(q, w, ratios, order):
             return mpmath.fdot(one[: k + 1], other[k::-1])
 
         rates = [ratio * coefficient(W[(i + 1) % 3], W[(i + 2) % 3]) for i, ratio in enumerate(ratios)]
+        if k == 0:
+            rates = [rate + acceleration for rate, acceleration in zip(rates, accelerations, strict=True)]
         turn = [
             -coefficient(x, a) - coefficient(y, b) - coefficient(z, c),
             coefficient(s, a) + coefficient(y, c) - coefficient(z, b),
@@ -114,27 +108,30 @@ def series(q, w, ratios, order):
     return Q, W
 
 
+def step_size(Q, W, digits, order):
+    """The step [s] at whose end the last terms of the series, W's relative to the rate, are as small as the digits."""
+    rate = max(abs(c[0]) for c in W)
+    last = max(max(abs(c[k]) ** (mpf(1) / k) for c in Q if c[k]) for k in (order - 1, order))
+    last = max(last, *(abs(c[k] / rate) ** (mpf(1) / k) for c in W for k in (order - 1, order)))
+    return mpf(10) ** (-mpf(digits - 4) / order) / last
+
+
 def solve(moments, q, L, t, digits, order):
     """Return the unit quaternion at the time t."""
     mp.dps = digits
     moments, q, L, t = [mpf(i) for i in moments], [mpf(c) for c in q], [mpf(c) for c in L], mpf(t)
-    size = mpmath.sqrt(mpmath.fsum(c * c for c in q))
-    q = [c / size for c in q]
-    spin = multiply(multiply([q[0], -q[1], -q[2], -q[3]], [mpf(0), *L]), q)[1:]
+    q = unit(q)
+    spin = product(product(conjugate(q), [mpf(0), *L]), q)[1:]
     w = [l / i for l, i in zip(spin, moments, strict=True)]
     ratios = [(moments[(i + 1) % 3] - moments[(i + 2) % 3]) / moments[i] for i in range(3)]
     done = mpf(0)
     while done < t:
         Q, W = series(q, w, ratios, order)
-        rate = max(abs(c) for c in w)
-        last = max(max(abs(c[k]) ** (mpf(1) / k) for c in Q if c[k]) for k in (order - 1, order))
-        last = max(last, *(abs(c[k] / rate) ** (mpf(1) / k) for c in W for k in (order - 1, order)))
-        h = min(t - done, mpf(10) ** (-mpf(digits - 4) / order) / last)
+        h = min(t - done, step_size(Q, W, digits, order))
         q = [mpmath.polyval(c[::-1], h) for c in Q]
         w = [mpmath.polyval(c[::-1], h) for c in W]
         done += h
-    size = mpmath.sqrt(mpmath.fsum(c * c for c in q))
-    return [c / size for c in q]
+    return unit(q)
 
 
 def entry(item):

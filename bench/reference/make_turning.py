@@ -1,7 +1,7 @@
 """
 Solve rotations of extreme bodies with mpmath to more than 30 digits and write turning.json, for the report's maps.
 
-Run `python -m bench.reference.make_turning` (some minutes). Nothing of the simulator is imported. Euler's equations in
+Run `python -m bench.reference.make_turning` (some minutes). Nothing that simulates is imported. Euler's equations in
 principal axes with a constant torque t in body axes, and q' = 1/2 q (0, w), are integrated by their Taylor series from
 q = 1, in SI units and with exact doubles for moments, rates, torque and time:
 
@@ -16,12 +16,16 @@ import multiprocessing
 import mpmath
 from mpmath import mp, mpf
 
+from rigid_body_sim.report.reference.quaternions import product, unit
+
 from . import DATA
+from .make_torque_free import series, step_size
 
 FILE = DATA / "turning.json"
 ACCURATE = (64, 50)  # decimal digits, order
 CONTROL = (58, 46)
 WANTED_AGREEMENT = mpf("1e-30")
+UNIT = (mpf(1), mpf(0), mpf(0), mpf(0))
 ANGLE = 100.0  # rad, at the first spin
 
 
@@ -40,61 +44,20 @@ def cases():
     return found
 
 
-def series(w, ratios, accelerations, order):
-    """Return the Taylor coefficients of q, from q = 1, and w."""
-    Q, W = [[mpf(c)] for c in (1, 0, 0, 0)], [[c] for c in w]
-    s, x, y, z = Q
-    a, b, c = W
-    for k in range(order):
-
-        def coefficient(one, other, k=k):
-            return mpmath.fdot(one[: k + 1], other[k::-1])
-
-        rates = [ratio * coefficient(W[(i + 1) % 3], W[(i + 2) % 3]) for i, ratio in enumerate(ratios)]
-        if k == 0:
-            rates = [rate + acceleration for rate, acceleration in zip(rates, accelerations, strict=True)]
-        turn = [
-            -coefficient(x, a) - coefficient(y, b) - coefficient(z, c),
-            coefficient(s, a) + coefficient(y, c) - coefficient(z, b),
-            coefficient(s, b) + coefficient(z, a) - coefficient(x, c),
-            coefficient(s, c) + coefficient(x, b) - coefficient(y, a),
-        ]
-        for one, rate in zip(W, rates, strict=True):
-            one.append(rate / (k + 1))
-        for one, rate in zip(Q, turn, strict=True):
-            one.append(rate / (2 * (k + 1)))
-    return Q, W
-
-
-def multiply(a, b):
-    """Return the quaternion product."""
-    (aw, ax, ay, az), (bw, bx, by, bz) = a, b
-    return [
-        aw * bw - ax * bx - ay * by - az * bz,
-        aw * bx + bw * ax + ay * bz - az * by,
-        aw * by + bw * ay + az * bx - ax * bz,
-        aw * bz + bw * az + ax * by - ay * bx,
-    ]
-
-
 def solve(moments, w, torque, t, digits, order):
     """Return the unit quaternion and the rates at the time t."""
     mp.dps = digits
     moments, w, torque, t = [mpf(i) for i in moments], [mpf(c) for c in w], [mpf(c) for c in torque], mpf(t)
     ratios = [(moments[(i + 1) % 3] - moments[(i + 2) % 3]) / moments[i] for i in range(3)]
     accelerations = [a / i for a, i in zip(torque, moments, strict=True)]
-    q, done = [mpf(1), mpf(0), mpf(0), mpf(0)], mpf(0)
+    q, done = UNIT, mpf(0)
     while done < t:
-        Q, W = series(w, ratios, accelerations, order)
-        rate = max(abs(c) for c in w)
-        last = max(max(abs(c[k]) ** (mpf(1) / k) for c in Q if c[k]) for k in (order - 1, order))
-        last = max(last, *(abs(c[k] / rate) ** (mpf(1) / k) for c in W for k in (order - 1, order)))
-        h = min(t - done, mpf(10) ** (-mpf(digits - 4) / order) / last)
-        q = multiply(q, [mpmath.polyval(c[::-1], h) for c in Q])
+        Q, W = series(UNIT, w, ratios, order, accelerations)
+        h = min(t - done, step_size(Q, W, digits, order))
+        q = product(q, [mpmath.polyval(c[::-1], h) for c in Q])
         w = [mpmath.polyval(c[::-1], h) for c in W]
         done += h
-    size = mpmath.sqrt(mpmath.fsum(c * c for c in q))
-    return [c / size for c in q] + w
+    return unit(q) + w
 
 
 def entry(item):

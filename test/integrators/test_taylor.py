@@ -17,6 +17,7 @@ from rigid_body_sim import simulation as home
 from rigid_body_sim.integrators.taylor import INTEGRATOR
 from rigid_body_sim.kernels import compiled
 from rigid_body_sim.kernels import state as flat
+from rigid_body_sim.report.reference.quaternions import conjugate, product, unit
 from rigid_body_sim.theory import invariants
 from rigid_body_sim.values import rotation
 from rigid_body_sim.values.state import flatten
@@ -42,27 +43,8 @@ def exact(numbers):
     return [mpf(n) if isinstance(n, str) else mpf(float(n)) for n in numbers]
 
 
-def product(a, b):
-    (aw, ax, ay, az), (bw, bx, by, bz) = a, b
-    return [
-        aw * bw - ax * bx - ay * by - az * bz,
-        aw * bx + bw * ax + ay * bz - az * by,
-        aw * by + bw * ay + az * bx - ax * bz,
-        aw * bz + bw * az + ax * by - ay * bx,
-    ]
-
-
-def conjugate(q):
-    return [q[0], -q[1], -q[2], -q[3]]
-
-
 def length(v):
     return mpmath.sqrt(mpmath.fsum(x * x for x in v))
-
-
-def unit(v):
-    size = length(v)
-    return [x / size for x in v]
 
 
 def turn(axis, angle):
