@@ -52,9 +52,9 @@ nightly: fuzz ## make fuzz, long faults and long runs, more than an hour
 	$(VENV)/bin/python -m pytest -m nightly -s --timeout=7200
 
 bench: $(READY) ## measure what a step costs
-	@$(VENV)/bin/python -m rigid_body_sim.report.step_cost
-	@$(VENV)/bin/python -m rigid_body_sim.report.plan_cost
-	@$(VENV)/bin/python -m rigid_body_sim.report.stiff_cost
+	@$(VENV)/bin/python -m bench.step_cost
+	@$(VENV)/bin/python -m bench.plan_cost
+	@$(VENV)/bin/python -m bench.stiff_cost
 
 # asv describes a machine once, in the home folder, and compares only what one machine has measured.
 bench-history: $(ASV)/.ready ## measure COMMITS=OLD..NEW, else the last one, with asv, and write pages of all (QUICK=1: each once)
@@ -65,13 +65,13 @@ bench-history: $(ASV)/.ready ## measure COMMITS=OLD..NEW, else the last one, wit
 	$(ASV)/bin/asv publish --config bench/asv/asv.conf.json
 
 bench-node: $(READY) ## measure the node as a process over DDS, about 10 minutes
-	@$(VENV)/bin/python -m rigid_body_sim.tools.node_bench
+	@$(VENV)/bin/python -m bench.node_bench
 
 report: $(READY) ## measure error against run time and draw it, into rigid_body_report/ (under 20 minutes)
 	@$(VENV)/bin/rigid_body_report
 
 docs: $(READY) ## write the tables in docs/ anew from the code
-	@$(VENV)/bin/python -m rigid_body_sim.tools.doc_tables
+	@$(VENV)/bin/python -m bench.doc_tables
 
 lint: $(LINT)/.ready ## check format, style, types, spelling, YAML and XML
 	$(LINT)/bin/ruff format --check .
@@ -90,7 +90,7 @@ venv: $(READY) ## set up .venv
 clean: ## remove everything that make made
 	rm -rf $(VENV) $(LINT) $(COLCON) $(ASV) build dist *.egg-info .pytest_cache .ruff_cache .mypy_cache .hypothesis .coverage*
 	rm -rf rigid_body_demo.png rigid_body_report
-	find rigid_body_sim test bench -name __pycache__ -prune -exec rm -rf {} +
+	find rigid_body_sim bench test -name __pycache__ -prune -exec rm -rf {} +
 
 define check_python
 $(PYTHON) -c 'import sys; sys.exit(not (3, 10) <= sys.version_info[:2] <= (3, 13))' 2>/dev/null || { \

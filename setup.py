@@ -44,6 +44,7 @@ setup(
         "report": ["matplotlib", "mpmath", "tqdm"],
         "bag": ["rosbags~=0.11.0", "tqdm"],  # bags/writing.py adds to the chunk that this version fills
         "dask": ["distributed"],
+        # What the adapters in bench/peers drive.
         # bsk is Basilisk and pin is Pinocchio; the names "basilisk" and "pinocchio" on PyPI are other projects.
         "peers": ["bsk", "diffrax", "drake", "jax", "mujoco", "pin", "scipy"],
         "test": [

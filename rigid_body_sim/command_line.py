@@ -7,7 +7,8 @@ from typing import Any, NoReturn
 
 from . import __version__
 
-WRONG = 2  # exit status of a program that was given arguments it does not know
+# Exit statuses of all programs: after arguments that they do not know, and after Ctrl-C.
+WRONG, INTERRUPTED = 2, 130
 
 
 class Parser(argparse.ArgumentParser):

@@ -35,6 +35,6 @@ def printed_digits():
 @pytest.fixture(scope="module")
 def make_reference() -> ModuleType:
     """The script that makes the reference solutions."""
-    from rigid_body_sim.report.reference import make_reference
+    from bench.reference import make_reference
 
     return make_reference

@@ -30,9 +30,9 @@ def programs():
 
 PROGRAMS = programs()
 BENCHMARKS = [
-    *((name, f"rigid_body_sim.report.{name}", "main") for name in ("step_cost", "plan_cost", "readme")),
-    ("doc_tables", "rigid_body_sim.tools.doc_tables", "main"),
-    ("make bench-node", "rigid_body_sim.tools.node_bench.__main__", "main"),
+    *((name, f"bench.{name}", "main") for name in ("step_cost", "plan_cost", "readme")),
+    ("doc_tables", "bench.doc_tables", "main"),
+    ("make bench-node", "bench.node_bench.__main__", "main"),
 ]
 over_all = pytest.mark.parametrize(("name", "module", "function"), PROGRAMS, ids=[name for name, *_ in PROGRAMS])
 

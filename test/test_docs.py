@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 import yaml
 
+from bench import doc_tables
 from rigid_body_sim import Scene, __version__, load_scene
-from rigid_body_sim.tools import doc_tables
 
 from .bags import making, runs
 

@@ -22,6 +22,7 @@ from rigid_body_sim.integrators import REGISTRY
 from rigid_body_sim.kernels import compiled
 from rigid_body_sim.kernels.state import LOW, THIN
 from rigid_body_sim.mass.shapes import SHAPES
+from rigid_body_sim.report.reference.quaternions import conjugate, product, unit
 from rigid_body_sim.terms import Terms
 from rigid_body_sim.theory import invariants
 
@@ -42,25 +43,6 @@ def strict():
 
 
 # Free rotation of a symmetric body, in closed form -----------------------------------------------------------------
-
-
-def product(a, b):
-    (aw, ax, ay, az), (bw, bx, by, bz) = a, b
-    return [
-        aw * bw - ax * bx - ay * by - az * bz,
-        aw * bx + bw * ax + ay * bz - az * by,
-        aw * by + bw * ay + az * bx - ax * bz,
-        aw * bz + bw * az + ax * by - ay * bx,
-    ]
-
-
-def conjugate(q):
-    return [q[0], -q[1], -q[2], -q[3]]
-
-
-def unit(v):
-    size = mpmath.norm(v)
-    return [x / size for x in v]
 
 
 def turn(axis, angle):

@@ -1,13 +1,16 @@
 """Arrows between the parts of the package point one way only; ROS and numba stay where they belong."""
 
 import ast
+import re
+from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
 import pytest
 
 pytestmark = pytest.mark.no_numba
 
-PACKAGE = Path(__file__).parents[1] / "rigid_body_sim"
+ROOT = Path(__file__).parents[1]
+PACKAGE = ROOT / "rigid_body_sim"
 PHYSICS = {"kernels", "values", "mass", "effects", "terms", "theory"}
 CORE = {*PHYSICS, "integrators", "scene", "held", "simulation"}
 ALLOWED = {  # a part, and the other parts of the package that it may import
@@ -40,6 +43,7 @@ ROS_PACKAGES = {
     "ament_index_python",
 }
 NUMBA_HOMES = ("kernels.compiled", "kernels.kernel_cache")
+NOT_INSTALLED = {"bench", "test"}
 FOR_ALL = "rigid_body_sim.__version__"  # stands at the very top, and imports nothing
 
 
@@ -77,6 +81,8 @@ def complaints(text, module):
         target = None if name == FOR_ALL else part_of(name)
         if target is not None and target != home and target not in ALLOWED[home]:
             yield f"{module} imports {name}: {home or 'the package'} must not know {target or 'the whole package'}"
+        if name.split(".")[0] in NOT_INSTALLED:
+            yield f"{module} imports {name}: {name.split('.')[0]} is not installed with the package"
         if is_ros(name) and home not in WITH_ROS:
             yield f"{module} imports {name}: only ros and tools may use ROS"
         if name.split(".")[0] == "numba" and module.removeprefix("rigid_body_sim.") not in NUMBA_HOMES:
@@ -110,6 +116,43 @@ def test_arrows_have_no_circle():
         assert ALLOWED[part] <= set(order[:place])
 
 
+def modules_used(texts):
+    """By module, the others among ``texts`` that it imports, wherever in its text; a package is its ``__init__``."""
+    known = {module.removesuffix(".__init__") for module in texts}
+    used = {}
+    for module, text in texts.items():
+        names = [name for name in imports_of(text, module) if name != FOR_ALL]
+        found = {name if name in known else name.rpartition(".")[0] for name in names}
+        used[module.removesuffix(".__init__")] = found & known
+    return used
+
+
+def test_modules_have_no_circle():
+    """Not even by imports inside functions."""
+    used = modules_used({module: path.read_text("utf-8") for module, path in MODULES.items()})
+    assert "rigid_body_sim.tools.resim" in used["rigid_body_sim.tools.resim_main"]  # which imports it in a function
+    list(TopologicalSorter(used).static_order())  # raises CycleError, with the circle
+
+
+@pytest.mark.parametrize("late", ["from . import a", "def f():\n    from .a import INTERRUPTED", "from . import get"])
+def test_a_circle_is_noticed(late):
+    texts = {"p.__init__": "from . import a", "p.a": "from . import b", "p.b": "import p.c", "p.c": late}
+    with pytest.raises(CycleError) as circle:
+        list(TopologicalSorter(modules_used(texts)).static_order())
+    assert {"p.a", "p.b", "p.c"} <= set(circle.value.args[1])
+
+
+@pytest.mark.parametrize("path", sorted(ROOT.glob("bench/**/*.py")), ids=lambda path: path.stem)
+def test_bench_needs_no_test(path):
+    module = ".".join(path.relative_to(ROOT).with_suffix("").parts)
+    assert not [name for name in imports_of(path.read_text("utf-8"), module) if name.split(".")[0] == "test"]
+
+
+def test_only_where_peers_are_found_is_bench_named():
+    named = {module for module, path in MODULES.items() if re.search(r"[\"']bench\b", path.read_text("utf-8"))}
+    assert named == {"rigid_body_sim.report.peers"}
+
+
 BAD = {  # a module, its text, and what is said about it
     "upwards": ("values.body", "from ..simulation import Simulation", "values must not know simulation"),
     "upwards by name": ("values.body", "from .. import scene", "values must not know scene"),
@@ -124,6 +167,8 @@ BAD = {  # a module, its text, and what is said about it
         "def f():\n    if True:\n        from ..simulation import Simulation",
         "must not know simulation",
     ),
+    "bench": ("report.main", "def f():\n    from bench import peers", "bench is not installed"),
+    "bench by a path": ("report.peers", "import bench.peers.jax_peer", "bench is not installed"),
     "rclpy below": ("simulation", "import rclpy", "only ros and tools may use ROS"),
     "messages below": (
         "simulation",
@@ -152,7 +197,7 @@ def test_import_in_the_wrong_direction_is_noticed(module, text, said):
         ("integrators.rk4", "from ..kernels.state import X\nfrom .base import Integrator\nimport math"),
         ("simulation", "from . import integrators\nfrom .kernels import compiled\nfrom .scene.loader import Scene"),
         ("ros.node", "import rclpy\nfrom geometry_msgs.msg import Pose\nfrom ..simulation import Simulation"),
-        ("tools.demo", "from ..ros import pacing\nfrom rclpy.node import Node\nfrom . import picture"),
+        ("tools.demo", "from ..ros import pacing\nfrom rclpy.node import Node\nfrom . import findings"),
         ("kernels.compiled", "import numba"),
         ("values.__init__", "from . import body"),
     ],

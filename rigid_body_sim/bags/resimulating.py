@@ -17,8 +17,8 @@ from ..scene import commands
 from ..scene.loader import Scene
 from ..simulation import Simulation
 from . import journal, timing
-from .problem import Commands, Problem
 from .rosbags_support import BagError
+from .scenario import Commands, Scenario
 
 _AT_ONCE = 4096  # commands or messages between two reports of progress
 _LAST = 10  # poses that tell whether commands before them are missing: a recorder that is late mixes up a few
@@ -31,7 +31,7 @@ Progress = Callable[[float], None]  # is told the simulated time [s] since the s
 
 @dataclass(frozen=True)
 class Track:
-    """The motion at the stamps of a Problem, as Simulation.motion gives it: shape (m, 19)."""
+    """The motion at the stamps of a Scenario, as Simulation.motion gives it: shape (m, 19)."""
 
     motion: Floats
     state: str  # hash of everything that decides how the motion would go on
@@ -46,19 +46,19 @@ class Track:
         return self.motion[:, :7]
 
 
-def run(problem: Problem, scene: Scene, progress: Progress = lambda time: None) -> Track:
+def run(scenario: Scenario, scene: Scene, progress: Progress = lambda time: None) -> Track:
     """The motion of the scene under what the bag holds, at the stamps of the bag's poses.
 
     Raises ValueError for a scene that cannot be simulated, SimulationError for a step that cannot be done, and BagError
     when nothing of the commands can be used, or they do not lead where the poses are.
     """
     simulation = Simulation.from_scene(scene)
-    if problem.start is not None:
-        simulation.reset(problem.start)
+    if scenario.start is not None:
+        simulation.reset(scenario.start)
     with _little_collecting():
-        if problem.journal:
-            return _replay(problem, simulation, progress)
-        return _Run(problem, scene, simulation, progress).track()
+        if scenario.journal:
+            return _replay(scenario, simulation, progress)
+        return _Run(scenario, scene, simulation, progress).track()
 
 
 @contextlib.contextmanager
@@ -71,10 +71,10 @@ def _little_collecting() -> Iterator[None]:
         gc.unfreeze()
 
 
-def _replay(problem: Problem, simulation: Simulation, progress: Progress) -> Track:
-    motion = np.empty((len(problem.stamp_ns), 19))
-    messages = list(zip(problem.receive_ns.tolist(), problem.stamp_ns.tolist(), strict=True))
-    for i, then in enumerate(journal.replay(problem.journal, simulation, messages)):
+def _replay(scenario: Scenario, simulation: Simulation, progress: Progress) -> Track:
+    motion = np.empty((len(scenario.stamp_ns), 19))
+    messages = list(zip(scenario.receive_ns.tolist(), scenario.stamp_ns.tolist(), strict=True))
+    for i, then in enumerate(journal.replay(scenario.journal, simulation, messages)):
         motion[i] = then.motion
         if i % _AT_ONCE == 0:
             progress(then.time)
@@ -84,9 +84,9 @@ def _replay(problem: Problem, simulation: Simulation, progress: Progress) -> Tra
 class _Run:
     """One simulation under commands, whose motion is kept at the steps nearest to the stamps."""
 
-    def __init__(self, problem: Problem, scene: Scene, simulation: Simulation, progress: Progress):
-        self._problem, self._scene, self._simulation, self._progress = problem, scene, simulation, progress
-        self._steps = timing.nearest_steps(problem.stamp_ns - problem.epoch_ns, scene["rate"]).tolist()
+    def __init__(self, scenario: Scenario, scene: Scene, simulation: Simulation, progress: Progress):
+        self._scenario, self._scene, self._simulation, self._progress = scenario, scene, simulation, progress
+        self._steps = timing.nearest_steps(scenario.stamp_ns - scenario.epoch_ns, scene["rate"]).tolist()
         self._motion = np.empty((len(self._steps), 19))
         self._taken, self._next = 0, self._steps[0]  # of the samples: how many are taken, and the step of the next one
         self._hold = scene["wrench.timeout"] or None
@@ -97,8 +97,8 @@ class _Run:
 
     def track(self) -> Track:
         """Simulate up to the last sample."""
-        given = self._problem.commands
-        assert given is not None  # a Problem has them where it has no journal
+        given = self._scenario.commands
+        assert given is not None  # a Scenario has them where it has no journal
         if self._scene["lockstep"]:
             self._answer_commands(given)
         else:
@@ -131,7 +131,7 @@ class _Run:
             if not len(mine):
                 continue
             hold = self._hold
-            if hold is not None and self._problem.start is not None:
+            if hold is not None and self._scenario.start is not None:
                 rate = self._scene["rate"]
                 hold = (steps_held(hold, rate) + int(steps[mine[-1]])) / rate
             if hold is None or hold > 0.0:
@@ -158,7 +158,7 @@ class _Run:
     def _doubt(self) -> str:
         """Whether commands and poses were received as they are in lockstep: each command before the pose it led to."""
         wanted = np.array(self._steps) // self._scene["steps_per_command"]
-        ahead = np.searchsorted(self._led_ns, self._problem.receive_ns, side="right") - wanted
+        ahead = np.searchsorted(self._led_ns, self._scenario.receive_ns, side="right") - wanted
         if (ahead[-_LAST:] < 0).all():
             what = "The last poses were received before the commands that lead to them: the bag may lack some"
             return f"{what}; {TO_MISS_NONE}."

@@ -1,1 +1,1 @@
-"""Measurements: the report, and what a step costs."""
+"""The report: how exact and how fast the integrators and other simulators are."""

@@ -5,11 +5,10 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from . import frontier, ours
-from .error_pictures import MICRO, error_against_time, overview
+from . import frontier, ours, peers
+from .error_plots import MICRO, error_against_time, overview
 from .frontier import AT, BELOW, BEST, LEVELS, PEER_GOAL, SIMULATOR_GOAL, Point
 from .method import LIBRARY, OURS, SIMULATOR, measure
-from .peers import PEERS, methods, package_of
 from .problems import TITLES, problem
 from .section import FAILED, Block, Heading, Measurement, Paragraph, Result, Results, Settings, Table
 
@@ -34,10 +33,11 @@ class ErrorSection:
 
     def measurements(self, settings: Settings) -> list[Measurement]:
         """One for each problem and integrator, and one for each problem and peer, with all methods of the peer."""
-        peers = PEERS if settings.peers is None else settings.peers
-        unknown = [peer for peer in peers if peer not in PEERS]
+        known = peers.names()
+        others = known if settings.peers is None else settings.peers
+        unknown = [peer for peer in others if peer not in known]
         if unknown:
-            raise ValueError(f"peer {unknown[0]!r} is not known; choose one of {', '.join(PEERS)}")
+            raise ValueError(f"peer {unknown[0]!r} is not known; choose one of {', '.join(known)}")
         found = []
         for name in TITLES if settings.problems is None else settings.problems:
             problem(name)
@@ -46,7 +46,7 @@ class ErrorSection:
                 run = partial(_measure_ours, integrator, name, settings.quick)
                 found.append(Measurement(f"{name}/{integrator}", run, weight))
             if not settings.quick or name in QUICK_PEER_PROBLEMS:
-                for peer in peers:
+                for peer in others:
                     run = partial(_measure_peer, peer, name, settings.quick)
                     found.append(Measurement(f"{name}/peer/{peer}", run, 10.0 * weight))
         return found
@@ -80,9 +80,9 @@ def _measure_ours(integrator: str, name: str, quick: bool) -> Result:
 
 def _measure_peer(peer: str, name: str, quick: bool) -> Result:
     try:
-        found = methods(peer)
+        found = peers.methods(peer)
     except ImportError as reason:
-        return {"missing": f"{reason}; pip install {package_of(peer)}"}
+        return {"missing": str(reason)}
     return {"methods": {method.name: measure(method, problem(name), quick) for method in found}}
 
 

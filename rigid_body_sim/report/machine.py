@@ -9,6 +9,7 @@ from datetime import datetime, timezone
 from pathlib import Path
 
 from ..kernels import compiled
+from . import peers
 
 PACKAGES = (
     "rigid_body_sim",
@@ -26,7 +27,7 @@ PACKAGES = (
 
 
 def facts(arguments: Sequence[str], seed: int) -> dict[str, str]:
-    """Machine, versions, date, seed and command line, by name."""
+    """Machine, versions, peers, date, seed and command line, by name."""
     versions = {name: version for name in PACKAGES if (version := _version(name))}
     return {
         "date": datetime.now(timezone.utc).strftime("%Y-%m-%d %H:%M UTC"),
@@ -34,6 +35,7 @@ def facts(arguments: Sequence[str], seed: int) -> dict[str, str]:
         "system": f"{platform.system()} {platform.release()}, Python {platform.python_version()}",
         "kernels": f"{compiled.sources_digest()}, {'compiled by numba' if compiled.ENABLED else 'as plain Python'}",
         "versions": ", ".join(f"{name} {version}" for name, version in versions.items()),
+        "peers": peers.told(),
         "seed": str(seed),
         "command": " ".join(("rigid_body_report", *arguments)),
     }

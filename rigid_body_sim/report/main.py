@@ -9,15 +9,14 @@ from pathlib import Path
 from typing import Any
 
 from .. import integrators
-from ..command_line import Parser
+from ..command_line import INTERRUPTED, Parser
 from ..kernels import compiled
-from . import machine, page
+from . import machine, page, peers
 from .error_section import ErrorSection
-from .left_out import LeftOut
-from .peers import PEERS
+from .left_out_section import LeftOut
 from .problems import TITLES
 from .section import FAILED, Measurement, Result, Results, Section, Settings
-from .stability.section import Stability
+from .stability_section import Stability
 from .store import Store, StoreError
 
 SECTIONS: tuple[Section, ...] = (ErrorSection(), Stability(), LeftOut())
@@ -32,7 +31,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         _make(options, given)
     except KeyboardInterrupt:
         print("\nrigid_body_report: interrupted; the same command with --resume goes on", file=sys.stderr)
-        return 130
+        return INTERRUPTED
     except ImportError as reason:
         print(f"rigid_body_report: {reason}; {HOW_TO_INSTALL}", file=sys.stderr)
         return 1
@@ -47,6 +46,7 @@ def _parser() -> argparse.ArgumentParser:
         "rigid_body_report",
         "Measures this package's integrators and other simulators, and writes a page with pictures, tables "
         "and every number into a folder. Every finished measurement is kept at once.",
+        epilog=f"Peers {peers.told()}",
     )
     parser.add_argument("--quick", action="store_true", help="under a minute, with fewer points; else under 20 minutes")
     parser.add_argument("--out", type=Path, default=Path("rigid_body_report"), help="the folder (default %(default)s)")
@@ -59,7 +59,7 @@ def _parser() -> argparse.ArgumentParser:
         ("only", [section.name for section in SECTIONS], "sections"),
         ("integrators", integrators.CHOICES, "integrators"),
         ("problems", list(TITLES), "problems of the section error"),
-        ("peers", [*PEERS, "none"], "other simulators and libraries"),
+        ("peers", [*peers.names(), "none"], "other simulators and libraries"),
     ):
         parser.add_argument(
             f"--{name}", type=_names(choices), metavar="A,B", help=f"{what}, of: {', '.join(choices)} (default: all)"

@@ -1,7 +1,7 @@
 """The problems on which methods are compared, with their reference solutions, and the errors of an end state.
 
-The problems themselves are in reference/make_report.py. There the centre of mass is the body frame's origin and the
-body axes are principal axes.
+The problems themselves are in bench/reference/make_report.py. There the centre of mass is the body frame's origin and
+the body axes are principal axes.
 """
 
 import math

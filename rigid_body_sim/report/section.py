@@ -74,7 +74,7 @@ class Table:
 
 @dataclass(frozen=True)
 class Picture:
-    """A picture that lies in the folder as ``stem``.svg and ``stem``.png, as pictures.save leaves it there."""
+    """A picture that lies in the folder as ``stem``.svg and ``stem``.png, as style.save leaves it there."""
 
     stem: str
     caption: str

@@ -1,1 +1,1 @@
-"""What stands on the node and the simulation: the demo and its controller, and the tables of the documentation."""
+"""What stands on the node and the simulation: the demo and its controller, and what simulates bags again."""

@@ -14,12 +14,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .. import first_start
-from ..command_line import Parser
+from ..command_line import INTERRUPTED, Parser
 from ..scene.installed import installed_scene
 from ..scene.loader import Scene, load_scene
 from ..scene.schema import PARTS
 from ..values import rotation
-from . import findings, picture
+from . import demo_plot, findings
 from .processes import ChildError, Children, children
 
 if TYPE_CHECKING:
@@ -63,7 +63,7 @@ def _no_traceback() -> Iterator[None]:
     try:
         yield
     except KeyboardInterrupt:
-        raise _DemoError("interrupted", 130) from None
+        raise _DemoError("interrupted", INTERRUPTED) from None
     except (OSError, ValueError, ChildError, TimeoutError) as reason:
         raise _DemoError(reason) from None
     except ImportError as reason:
@@ -221,7 +221,7 @@ def _report(scene: Scene, heard: "Listener", arguments: argparse.Namespace) -> N
     name = arguments.scene.stem.replace("_", " ")
     title = f"{name}, turned from {first:.0f}° to {last:.1g}° off its target by a controller that knows only ROS topics"
     try:
-        picture.draw(recording, TARGET, MAX_TORQUE, title, arguments.out)
+        demo_plot.draw(recording, TARGET, MAX_TORQUE, title, arguments.out)
     except ImportError:
         print(f"{'picture':{width}}  none: it needs matplotlib ({HOW_TO_INSTALL})")
     else:

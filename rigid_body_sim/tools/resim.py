@@ -9,20 +9,19 @@ import time
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from ..bags import problem as problems
 from ..bags import resimulating, timing
+from ..bags import scenario as scenarios
 from ..bags.comparison import Comparison, Tolerance
-from ..bags.problem import Choices, Problem
 from ..bags.reading import Recording, read
 from ..bags.resimulating import Progress, Track
 from ..bags.rosbags_support import HOW_TO_INSTALL, BagError
+from ..bags.scenario import Choices, Scenario
 from ..bags.topics import A_POSE, there
-from ..command_line import Parser
+from ..command_line import INTERRUPTED, Parser
 from ..scene.loader import DEFAULT_NODE, Scene, load_scene
 from ..scene.schema import one_line
 from ..simulation import SimulationError
-from . import resim_output, resim_picture, sweep
-from .resim_main import INTERRUPTED
+from . import resim_output, resim_plot, sweep
 
 SAME, FAILED, DIFFERS = 0, 1, 2
 USUAL_TOLERANCE = Tolerance(1e-9, 1e-9)
@@ -111,7 +110,7 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument(
         "--start",
-        choices=(problems.SCENE, problems.BAG),
+        choices=(scenarios.SCENE, scenarios.BAG),
         help="initial state: the scene's, or the first recorded pose and twist (default: the scene's when the first "
         "pose is that)",
     )
@@ -160,24 +159,24 @@ def _simulate_again(options: argparse.Namespace) -> int:
     compared = options.compare or picture is not None or options.tolerance is not None or options.out is None
     if options.out is not None:
         resim_output.check(options.out)
-    recording, scene, problem = _prepared(options)
-    if compared and problem.recorded is None:
+    recording, scene, scenario = _prepared(options)
+    if compared and scenario.recorded is None:
         raise BagError(
             f"{options.bag}: has no topic with poses to compare with, of type {A_POSE}; it has {there(recording)}; "
             "give --out alone"
         )
-    track = _timed_run(problem, scene)
+    track = _timed_run(scenario, scene)
     if options.out is not None:
-        resim_output.write(options.out, problem, scene, track)
+        resim_output.write(options.out, scenario, scene, track)
         print(f"Written: {options.out}")
-    return _compare(problem, track, options, picture) if compared else SAME
+    return _compare(scenario, track, options, picture) if compared else SAME
 
 
 def _picture(options: argparse.Namespace) -> Path | None:
     if options.plot is None:
         return None
     path = Path(f"{_stem(options.bag)}.png") if options.plot == Path() else options.plot
-    resim_picture.check(path)
+    resim_plot.check(path)
     return path
 
 
@@ -186,7 +185,7 @@ def _stem(bag: Path) -> str:
     return bag.absolute().name.split(".")[0]
 
 
-def _prepared(options: argparse.Namespace) -> tuple[Recording, Scene, Problem]:
+def _prepared(options: argparse.Namespace) -> tuple[Recording, Scene, Scenario]:
     """Read the bag and say what is in it."""
     recording = read(options.bag, recover=options.recover)
     if recording.journal and (options.topic or options.times or options.start):
@@ -197,13 +196,13 @@ def _prepared(options: argparse.Namespace) -> tuple[Recording, Scene, Problem]:
     if options.scene is not None:
         scene, told = _scene_in(options.scene, options.node), f"Scene: {options.scene}."
     else:
-        scene, told = problems.scene_of(recording), "Scene: as the node recorded it."
+        scene, told = scenarios.scene_of(recording), "Scene: as the node recorded it."
     if scene is None:
         scene, told = Scene(), "Scene: the node's defaults, because neither --scene nor a journal gives one."
     choices = Choices(tuple(options.topic), options.pose, options.times, options.start)
-    problem = problems.prepare(recording, scene, choices)
-    _tell(recording, problem, told)
-    return recording, scene, problem
+    scenario = scenarios.prepare(recording, scene, choices)
+    _tell(recording, scenario, told)
+    return recording, scene, scenario
 
 
 def _scene_in(path: Path, node: str) -> Scene:
@@ -215,16 +214,16 @@ def _scene_in(path: Path, node: str) -> Scene:
         ) from None
 
 
-def _tell(recording: Recording, problem: Problem, told: str) -> None:
-    commands = _counted(len(problem.journal) - 1, "journal entry", "journal entries")
-    if problem.commands is not None:
-        commands = _counted(len(problem.commands.values), "command", "commands")
-        commands = f"{commands} on {', '.join(problem.commands.topics)}" if problem.commands.topics else "no commands"
+def _tell(recording: Recording, scenario: Scenario, told: str) -> None:
+    commands = _counted(len(scenario.journal) - 1, "journal entry", "journal entries")
+    if scenario.commands is not None:
+        commands = _counted(len(scenario.commands.values), "command", "commands")
+        commands = f"{commands} on {', '.join(scenario.commands.topics)}" if scenario.commands.topics else "no commands"
     poses = "no poses"
-    if problem.recorded is not None:
-        poses = f"{_counted(len(problem.recorded), 'pose', 'poses')} on {problem.pose_topic}"
+    if scenario.recorded is not None:
+        poses = f"{_counted(len(scenario.recorded), 'pose', 'poses')} on {scenario.pose_topic}"
     print(f"{recording.path}: {commands}, {poses}")
-    for sentence in (told, *problem.notes):
+    for sentence in (told, *scenario.notes):
         print(f"  {sentence}")
 
 
@@ -232,10 +231,10 @@ def _counted(count: int, one: str, more: str) -> str:
     return f"{count} {one if count == 1 else more}"
 
 
-def _timed_run(problem: Problem, scene: Scene) -> Track:
+def _timed_run(scenario: Scenario, scene: Scene) -> Track:
     begin = time.perf_counter()
-    with _bar((int(problem.stamp_ns.max()) - problem.epoch_ns) / timing.NANOSECONDS) as progress:
-        track = resimulating.run(problem, scene, progress)
+    with _bar((int(scenario.stamp_ns.max()) - scenario.epoch_ns) / timing.NANOSECONDS) as progress:
+        track = resimulating.run(scenario, scene, progress)
     seconds = time.perf_counter() - begin
     if track.refused:
         commands = _counted(track.refused, "command is", "commands are")
@@ -255,12 +254,12 @@ def _bar(total: float) -> Iterator[Progress]:
         yield lambda now: bar.update(min(now, total) - bar.n)
 
 
-def _compare(problem: Problem, track: Track, options: argparse.Namespace, picture: Path | None) -> int:
+def _compare(scenario: Scenario, track: Track, options: argparse.Namespace, picture: Path | None) -> int:
     tolerance = Tolerance(*options.tolerance) if options.tolerance else USUAL_TOLERANCE
-    assert problem.recorded is not None  # looked at before
-    comparison = Comparison(problem.stamp_ns, problem.recorded, track.poses)
+    assert scenario.recorded is not None  # looked at before
+    comparison = Comparison(scenario.stamp_ns, scenario.recorded, track.poses)
     if picture is not None:
-        resim_picture.draw(comparison, tolerance, f"{options.bag.name} simulated again", picture)
+        resim_plot.draw(comparison, tolerance, f"{options.bag.name} simulated again", picture)
         print(f"Picture: {picture}")
     _tell_errors(comparison)
     status = _verdict(comparison, tolerance)
@@ -311,11 +310,11 @@ def _vary(options: argparse.Namespace) -> int:
         raise ValueError("--workers is for processes of this machine; leave it or --dask out")
     variations = [sweep.variation(text) for text in options.vary]
     sweep.check(variations)
-    _, scene, problem = _prepared(options)
+    _, scene, scenario = _prepared(options)
     path = options.csv or Path(f"{_stem(options.bag)}.csv")
-    table = sweep.Table(path, problem, scene, variations)
+    table = sweep.Table(path, scenario, scene, variations)
     runs = sweep.processes(options.workers or os.cpu_count() or 1) if options.dask is None else sweep.dask(options.dask)
-    lost = sweep.run(table, problem, scene, runs)
+    lost = sweep.run(table, scenario, scene, runs)
     print(f"Rows: {len(table.rows)} of {len(table.grid)}, in {path}")
     if lost:
         raise BagError(f"{len(lost)} runs were lost ({lost[0]}); the same command runs them again")

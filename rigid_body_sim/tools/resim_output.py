@@ -7,10 +7,10 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from ..bags import cdr
-from ..bags.problem import Problem
 from ..bags.reading import POSE, TWIST
 from ..bags.resimulating import Track
 from ..bags.rosbags_support import BagError
+from ..bags.scenario import Scenario
 from ..bags.writing import BagWriter, Message, Topic
 from ..scene.loader import Scene
 
@@ -27,30 +27,30 @@ def check(path: Path) -> None:
         raise BagError(f"--out {path}: there is no folder {path.absolute().parent}")
 
 
-def write(path: Path, problem: Problem, scene: Scene, track: Track) -> None:
+def write(path: Path, scenario: Scenario, scene: Scene, track: Track) -> None:
     """Write the bag. Raises BagError and OSError, and leaves nothing, when that is not possible."""
     path = path.absolute()
     beside = Path(tempfile.mkdtemp(prefix=f".{path.name}.", dir=path.parent))
     try:
-        topics = [Topic(name, kind) for name, kind in zip(problem.out_topics, (POSE, TWIST), strict=True)]
+        topics = [Topic(name, kind) for name, kind in zip(scenario.out_topics, (POSE, TWIST), strict=True)]
         with BagWriter(beside / path.name, topics) as bag:
-            bag.write(_messages(problem, scene, track))
+            bag.write(_messages(scenario, scene, track))
         check(path)
         (beside / path.name).rename(path)
     finally:
         shutil.rmtree(beside, ignore_errors=True)
 
 
-def _messages(problem: Problem, scene: Scene, track: Track) -> Iterator[Message]:
+def _messages(scenario: Scenario, scene: Scene, track: Track) -> Iterator[Message]:
     frame, columns = scene["body.frame_id"], _TWIST_BODY
     if scene["twist_frame"] == "world":
         frame, columns = scene["world_frame_id"], _TWIST_WORLD
-    for first in range(0, len(problem.stamp_ns), _AT_ONCE):
+    for first in range(0, len(scenario.stamp_ns), _AT_ONCE):
         part = slice(first, first + _AT_ONCE)
-        stamps, motion = problem.stamp_ns[part], track.motion[part]
+        stamps, motion = scenario.stamp_ns[part], track.motion[part]
         poses = cdr.encode(stamps, scene["world_frame_id"], motion[:, _POSE_IN_MESSAGES])
         twists = cdr.encode(stamps, frame, motion[:, columns])
-        received = problem.receive_ns[part].tolist(), problem.twist_receive_ns[part].tolist()
+        received = scenario.receive_ns[part].tolist(), scenario.twist_receive_ns[part].tolist()
         for pose_ns, twist_ns, pose, twist in zip(*received, poses, twists, strict=True):
             yield 0, pose_ns, pose
             yield 1, twist_ns, twist

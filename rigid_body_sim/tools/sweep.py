@@ -27,8 +27,8 @@ import numpy as np
 from .. import __version__, first_start, integrators
 from ..bags import resimulating
 from ..bags.comparison import Comparison
-from ..bags.problem import Problem
 from ..bags.rosbags_support import BagError
+from ..bags.scenario import Scenario
 from ..kernels import compiled
 from ..scene import schema
 from ..scene.loader import Scene
@@ -52,7 +52,7 @@ MOST_RUNS = 1_000_000
 _VARIED = re.compile(r"(?P<name>[^\[\]=]+)(\[(?P<index>\d+)\])?=(?P<values>.+)")
 
 Values = tuple[Any, ...]  # of the varied parameters, in the order of the variations
-Work = tuple[Problem, Scene, "Sequence[Variation]"]
+Work = tuple[Scenario, Scene, "Sequence[Variation]"]
 Outcome = tuple[Values, "dict[str, Any] | None", str]  # results, or why the run was lost
 Runs = Callable[[Work, Sequence[Values]], Iterator[Outcome]]
 
@@ -160,15 +160,15 @@ class Table:
     off is dropped. Raises ValueError for a file of another command, and for parameters that cannot be varied here.
     """
 
-    def __init__(self, path: Path, problem: Problem, scene: Scene, variations: Sequence[Variation]):
+    def __init__(self, path: Path, scenario: Scenario, scene: Scene, variations: Sequence[Variation]):
         self.path, self.variations = path, variations
         columns = [varied.column for varied in variations]
         check(variations)
-        if problem.start is not None and any(column.startswith("initial.") for column in columns):
+        if scenario.start is not None and any(column.startswith("initial.") for column in columns):
             raise ValueError(
                 "--vary initial.*: the run starts from the recorded pose and twist; give --start scene, too"
             )
-        if problem.journal and (told := [column for column in columns if column.startswith(IN_JOURNAL)]):
+        if scenario.journal and (told := [column for column in columns if column.startswith(IN_JOURNAL)]):
             raise ValueError(
                 f"--vary {told[0]}: the journal holds the commands as they took effect, so {told[0]} does not change "
                 "the motion; give a parameter that does"
@@ -182,7 +182,7 @@ class Table:
         self._columns = [*columns, *RESULTS]
         self._about = {
             "vary": [varied.text for varied in variations],
-            "bag": _digest(problem),
+            "bag": _digest(scenario),
             "scene": _digest(scene.values),
             "version": __version__,
             "kernels": compiled.sources_digest(),
@@ -253,9 +253,9 @@ def _shown(value: Any) -> str:
 
 
 def _digest(content: Any) -> str:
-    """Of a problem, or of parameters: the same for the same content, on every run."""
+    """Of a scenario, or of parameters: the same for the same content, on every run."""
     digest = hashlib.sha256()
-    for name, value in sorted(vars(content).items() if isinstance(content, Problem) else content.items()):
+    for name, value in sorted(vars(content).items() if isinstance(content, Scenario) else content.items()):
         digest.update(f"{name}:".encode())
         if name not in ("notes",):
             digest.update(_bytes(value))
@@ -273,13 +273,13 @@ def _bytes(value: Any) -> bytes:
 # Running --------------------------------------------------------------------------------------------------------------
 
 
-def run(table: Table, problem: Problem, scene: Scene, runs: Runs) -> list[str]:
+def run(table: Table, scenario: Scenario, scene: Scene, runs: Runs) -> list[str]:
     """Run what the table lacks and show how far it is. Returns why runs were lost, for each that was."""
     from tqdm import tqdm
 
     missing, lost, told = table.missing(), [], time.monotonic()
     with tqdm(total=len(table.grid), initial=len(table.rows), unit="run", file=sys.stderr, disable=None) as bar:
-        for values, results, why in runs((problem, scene, table.variations), missing) if missing else ():
+        for values, results, why in runs((scenario, scene, table.variations), missing) if missing else ():
             if results is None:
                 lost.append(why)
             else:
@@ -294,14 +294,14 @@ def run(table: Table, problem: Problem, scene: Scene, runs: Runs) -> list[str]:
 def one_run(work: Work, values: Values) -> dict[str, Any]:
     """The results of one run; a sentence in place of them when it is refused or fails."""
     _warm()
-    problem, scene, variations = work
+    scenario, scene, variations = work
     try:
-        track = resimulating.run(problem, changed(scene, variations, values))
+        track = resimulating.run(scenario, changed(scene, variations, values))
     except (BagError, SimulationError, ValueError) as reason:
         return {"refusal": str(reason)}
-    if problem.recorded is None:
+    if scenario.recorded is None:
         return {"state": track.state}
-    return {**Comparison(problem.stamp_ns, problem.recorded, track.poses).figures(), "state": track.state}
+    return {**Comparison(scenario.stamp_ns, scenario.recorded, track.poses).figures(), "state": track.state}
 
 
 @functools.cache

@@ -10,12 +10,12 @@ from numpy.testing import assert_array_equal
 pytest.importorskip("rosbags")
 
 from rigid_body_sim import Body, Scene, SimulationError, State, Wrench
-from rigid_body_sim.bags import problem as problems
 from rigid_body_sim.bags import resimulating, timing
+from rigid_body_sim.bags import scenario as scenarios
 from rigid_body_sim.bags.comparison import Comparison
-from rigid_body_sim.bags.problem import BAG, SCENE, Choices
 from rigid_body_sim.bags.reading import read
 from rigid_body_sim.bags.rosbags_support import BagError
+from rigid_body_sim.bags.scenario import BAG, SCENE, Choices
 
 from . import making, runs
 
@@ -24,15 +24,15 @@ SECONDS = 2.0
 
 
 def again(folder, messages, scene=BASE, storage="mcap", **choices):
-    """The comparison with what was recorded, the problem and the track."""
+    """The comparison with what was recorded, the scenario and the track."""
     recording = read(making.make(folder / "bag", messages, storage))
-    problem = problems.prepare(recording, scene, Choices(**choices))
-    track = resimulating.run(problem, scene)
-    return Comparison(problem.stamp_ns, problem.recorded, track.poses), problem, track
+    scenario = scenarios.prepare(recording, scene, Choices(**choices))
+    track = resimulating.run(scenario, scene)
+    return Comparison(scenario.stamp_ns, scenario.recorded, track.poses), scenario, track
 
 
-def said(problem):
-    return " ".join(problem.notes)
+def said(scenario):
+    return " ".join(scenario.notes)
 
 
 def assert_equal_to_the_bit(comparison, count=None):
@@ -48,10 +48,10 @@ def assert_equal_to_the_bit(comparison, count=None):
 def test_stamps_in_headers_on_the_clock_of_the_poses(tmp_path, storage):
     """As from controllers that use the time of /clock: the recorder's clock says something else."""
     messages = runs.in_real_time(BASE, runs.sends(BASE, SECONDS), SECONDS, factor=3.0, lag_ns=10**12)
-    comparison, problem, track = again(tmp_path, messages, storage=storage)
+    comparison, scenario, track = again(tmp_path, messages, storage=storage)
     assert_equal_to_the_bit(comparison)
-    assert "Commands on /wrench take effect at the stamps in their headers." in said(problem)
-    assert "Starts from the scene's initial state" in said(problem)
+    assert "Commands on /wrench take effect at the stamps in their headers." in said(scenario)
+    assert "Starts from the scene's initial state" in said(scenario)
     assert track.refused == 0 and track.steps == 1000
 
 
@@ -61,16 +61,16 @@ def test_times_of_receipt(tmp_path, factor, lag_ns):
     """Of raw wrenches, which have no other; the node's simulated time begins late and has a pace of its own."""
     given = [replace(send, raw=True) for send in runs.sends(BASE, SECONDS)]
     messages = runs.in_real_time(BASE, given, SECONDS, factor=factor, lag_ns=lag_ns)
-    comparison, problem, _ = again(tmp_path, messages)
+    comparison, scenario, _ = again(tmp_path, messages)
     assert_equal_to_the_bit(comparison)
-    assert "take effect at the times of receipt (not every header has a stamp)" in said(problem)
+    assert "take effect at the times of receipt (not every header has a stamp)" in said(scenario)
 
 
 def test_headers_without_stamps_count_as_none(tmp_path):
     given = [replace(send, stamp_ns=0) for send in runs.sends(BASE, SECONDS)]
-    comparison, problem, _ = again(tmp_path, runs.in_real_time(BASE, given, SECONDS, lag_ns=10**8))
+    comparison, scenario, _ = again(tmp_path, runs.in_real_time(BASE, given, SECONDS, lag_ns=10**8))
     assert_equal_to_the_bit(comparison)
-    assert "take effect at the times of receipt" in said(problem)
+    assert "take effect at the times of receipt" in said(scenario)
 
 
 def test_stamps_of_the_recorders_clock_are_carried_over(tmp_path):
@@ -78,9 +78,9 @@ def test_stamps_of_the_recorders_clock_are_carried_over(tmp_path):
     lag_ns = 150_000_000
     given = runs.sends(BASE, SECONDS)
     given = [replace(send, stamp_ns=making.EPOCH_NS + lag_ns + send.at_ns) for send in given]
-    comparison, problem, _ = again(tmp_path, runs.in_real_time(BASE, given, SECONDS, lag_ns=lag_ns))
+    comparison, scenario, _ = again(tmp_path, runs.in_real_time(BASE, given, SECONDS, lag_ns=lag_ns))
     assert_equal_to_the_bit(comparison)
-    assert "the stamps in their headers, which are wall-clock time, not simulated time" in said(problem)
+    assert "the stamps in their headers, which are wall-clock time, not simulated time" in said(scenario)
 
 
 def test_answers_that_carry_the_stamp_of_their_pose(tmp_path):
@@ -95,17 +95,17 @@ def test_answers_that_carry_the_stamp_of_their_pose(tmp_path):
         )
         for stamp_ns in poses_ns.tolist()
     ]
-    comparison, problem, _ = again(tmp_path, runs.in_real_time(BASE, given, SECONDS, lag_ns=4 * 10**8))
+    comparison, scenario, _ = again(tmp_path, runs.in_real_time(BASE, given, SECONDS, lag_ns=4 * 10**8))
     assert_equal_to_the_bit(comparison)
-    assert "the times of receipt (their headers repeat the stamps of the poses they answer)" in said(problem)
+    assert "the times of receipt (their headers repeat the stamps of the poses they answer)" in said(scenario)
 
 
 def test_stamps_of_another_day_count_as_none(tmp_path):
     given = [replace(send, stamp_ns=making.EPOCH_NS + send.at_ns + 86400 * 10**9) for send in runs.sends(BASE, SECONDS)]
     messages = runs.in_real_time(BASE, given, SECONDS)
-    comparison, problem, _ = again(tmp_path, messages)
+    comparison, scenario, _ = again(tmp_path, messages)
     assert_equal_to_the_bit(comparison)
-    assert "the times of receipt (the stamps in their headers are of another time)" in said(problem)
+    assert "the times of receipt (the stamps in their headers are of another time)" in said(scenario)
 
 
 def test_what_is_asked_for_decides(tmp_path):
@@ -126,9 +126,9 @@ def test_rate_whose_period_is_no_whole_number_of_nanoseconds(tmp_path):
 def test_several_topics_add_up_and_limits_hold(tmp_path):
     scene = BASE.changed({"wrench.max_force": 1.5, "wrench.max_torque": 0.7, "twist_frame": "world"})
     given = runs.sends(scene, SECONDS) + runs.sends(scene, SECONDS, 20.0, "/gust", seed=4, frames=("world",))
-    comparison, problem, _ = again(tmp_path, runs.in_real_time(scene, given, SECONDS), scene)
+    comparison, scenario, _ = again(tmp_path, runs.in_real_time(scene, given, SECONDS), scene)
     assert_equal_to_the_bit(comparison)
-    assert problem.commands.topics == ("/wrench", "/gust")
+    assert scenario.commands.topics == ("/wrench", "/gust")
 
 
 def test_commands_that_are_refused_are_left_out(tmp_path):
@@ -166,11 +166,11 @@ def test_poses_missing_repeated_and_out_of_order(tmp_path):
     )
     messages = [entry for i, entry in enumerate(messages) if i not in at[40:46]]
     messages.insert(at[20], messages[at[20]])
-    comparison, problem, _ = again(tmp_path, messages)
+    comparison, scenario, _ = again(tmp_path, messages)
     left = sum(entry[0] == "/pose" for entry in messages) - 1
     assert_equal_to_the_bit(comparison, left)
-    assert "Stamps of /pose: 1 out of order (put in order), 1 with the time of another" in said(problem)
-    assert "1 gap of more than 0.03 s, the longest" in said(problem)
+    assert "Stamps of /pose: 1 out of order (put in order), 1 with the time of another" in said(scenario)
+    assert "1 gap of more than 0.03 s, the longest" in said(scenario)
 
 
 def test_a_single_pose_that_is_lost_is_a_gap(tmp_path):
@@ -186,9 +186,9 @@ def test_commands_out_of_order_are_put_in_order(tmp_path):
     at = [i for i, entry in enumerate(messages) if entry[0] == "/wrench"]
     first, second = messages[at[30]], messages[at[31]]
     messages[at[30]], messages[at[31]] = (*first[:2], second[2]), (*second[:2], first[2])
-    comparison, problem, _ = again(tmp_path, messages)
+    comparison, scenario, _ = again(tmp_path, messages)
     assert_equal_to_the_bit(comparison)
-    assert "Times of /wrench: 1 out of order" in said(problem)
+    assert "Times of /wrench: 1 out of order" in said(scenario)
 
 
 def test_poses_between_two_steps_are_compared_at_the_nearest(tmp_path):
@@ -199,9 +199,9 @@ def test_poses_between_two_steps_are_compared_at_the_nearest(tmp_path):
         if topic == "/pose" and i > 5:
             message = making.pose_stamped(making.EPOCH_NS + i * 10_100_000, "world", range(7))
         moved.append((topic, receive_ns, message))
-    comparison, problem, track = again(tmp_path, moved, times=timing.HEADER)
-    assert "poses lie between two steps, by up to 0.00" in said(problem)
-    last = round((problem.stamp_ns[-1] - problem.epoch_ns) * 5e-7)
+    comparison, scenario, track = again(tmp_path, moved, times=timing.HEADER)
+    assert "poses lie between two steps, by up to 0.00" in said(scenario)
+    last = round((scenario.stamp_ns[-1] - scenario.epoch_ns) * 5e-7)
     assert track.steps == last and len(comparison.recorded) == 101
 
 
@@ -220,9 +220,9 @@ def test_bag_that_begins_late(tmp_path):
         for entry in runs.in_real_time(BASE, runs.sends(BASE, SECONDS), SECONDS)
         if entry[1] > making.EPOCH_NS + 0.605e9
     ]
-    comparison, problem, _ = again(tmp_path, messages)
-    assert "the bag begins after the scene's initial state" in said(problem)
-    assert "Starts from the recorded pose and twist stamped 1700000000.620000000 s" in said(problem)
+    comparison, scenario, _ = again(tmp_path, messages)
+    assert "the bag begins after the scene's initial state" in said(scenario)
+    assert "Starts from the recorded pose and twist stamped 1700000000.620000000 s" in said(scenario)
     assert len(comparison.recorded) == 70
     # The command held at its first pose is in it, and held for what is left of its time.
     assert comparison.position_error.max() < 1e-13  # measured 3.9e-15
@@ -255,13 +255,13 @@ def test_late_beginning_keeps_what_is_left_of_a_timeout_in_whole_steps(tmp_path,
 def test_state_to_start_from_can_be_chosen(tmp_path):
     messages = runs.in_real_time(BASE, runs.sends(BASE, SECONDS), SECONDS)
     scene = BASE.changed({"initial.angular_velocity": [0.0, 0.0, 0.0]})
-    comparison, problem, _ = again(tmp_path, messages, scene, start=BAG)
-    assert "as asked for" in said(problem)
+    comparison, scenario, _ = again(tmp_path, messages, scene, start=BAG)
+    assert "as asked for" in said(scenario)
     assert comparison.attitude_error.max() < 1e-13  # measured 9.9e-16
-    assert isinstance(problem.start, State)
+    assert isinstance(scenario.start, State)
     (tmp_path / "scene").mkdir()
-    comparison, problem, _ = again(tmp_path / "scene", messages, scene, start=SCENE)
-    assert problem.start is None and comparison.attitude_error.max() > 1.0
+    comparison, scenario, _ = again(tmp_path / "scene", messages, scene, start=SCENE)
+    assert scenario.start is None and comparison.attitude_error.max() > 1.0
 
 
 def test_late_beginning_without_twists_is_refused(tmp_path):
@@ -293,17 +293,17 @@ def lockstep_sends():
 @pytest.mark.parametrize("first", (0, 2), ids=("from the initial pose", "from the first answer"))
 def test_lockstep_is_equal_to_the_bit(tmp_path, first):
     messages = runs.in_lockstep(LOCKSTEP, lockstep_sends())
-    comparison, problem, track = again(tmp_path, messages[first:], LOCKSTEP)
+    comparison, scenario, track = again(tmp_path, messages[first:], LOCKSTEP)
     assert_equal_to_the_bit(comparison, 151 - bool(first))
-    assert "Lockstep: each command on /wrench advances the simulation by 5 steps" in said(problem)
-    assert track.refused == 3 and problem.start is None
+    assert "Lockstep: each command on /wrench advances the simulation by 5 steps" in said(scenario)
+    assert track.refused == 3 and scenario.start is None
 
 
 def test_lockstep_that_begins_late_starts_from_the_bag(tmp_path):
     messages = runs.in_lockstep(LOCKSTEP, [replace(send, topic="/wrench") for send in lockstep_sends()])
     at = [i for i, entry in enumerate(messages) if entry[0] == "/pose"]
-    comparison, problem, _ = again(tmp_path, messages[at[60] :], LOCKSTEP)
-    assert problem.start is not None
+    comparison, scenario, _ = again(tmp_path, messages[at[60] :], LOCKSTEP)
+    assert scenario.start is not None
     assert comparison.attitude_error.max() < 1e-13  # measured 2.9e-16
     assert comparison.position_error.max() < 1e-13  # measured 1.9e-15
 
@@ -375,13 +375,13 @@ def test_journal_is_repeated_to_the_bit(tmp_path):
     given = runs.sends(BASE, SECONDS) + runs.sends(BASE, SECONDS, 20.0, "/gust", seed=4)
     messages = runs.with_journal(BASE, given, SECONDS, EVENTS)
     recording = read(making.make(tmp_path / "bag", messages))
-    scene = problems.scene_of(recording)
-    problem = problems.prepare(recording, scene)
-    track = resimulating.run(problem, scene)
-    comparison = Comparison(problem.stamp_ns, problem.recorded, track.poses)
-    assert_equal_to_the_bit(comparison, len(problem.stamp_ns))
-    assert len(problem.stamp_ns) > 90 and (np.diff(problem.stamp_ns) < 0).any()
-    assert problem.notes == (
+    scene = scenarios.scene_of(recording)
+    scenario = scenarios.prepare(recording, scene)
+    track = resimulating.run(scenario, scene)
+    comparison = Comparison(scenario.stamp_ns, scenario.recorded, track.poses)
+    assert_equal_to_the_bit(comparison, len(scenario.stamp_ns))
+    assert len(scenario.stamp_ns) > 90 and (np.diff(scenario.stamp_ns) < 0).any()
+    assert scenario.notes == (
         "Simulated by the node's own journal: each command takes effect at the step at which it did.",
     )
 
@@ -395,9 +395,9 @@ def test_journal_with_another_scene_leads_elsewhere(tmp_path):
 
 def test_journal_of_other_kernels_says_so(tmp_path, monkeypatch):
     messages = runs.with_journal(BASE, runs.sends(BASE, SECONDS), SECONDS)
-    monkeypatch.setattr(problems, "sources_digest", lambda: "others")
-    _, problem, _ = again(tmp_path, messages)
-    assert "with other kernels: the last digits may differ" in said(problem)
+    monkeypatch.setattr(scenarios, "sources_digest", lambda: "others")
+    _, scenario, _ = again(tmp_path, messages)
+    assert "with other kernels: the last digits may differ" in said(scenario)
 
 
 def test_journal_without_poses_is_refused(tmp_path):
@@ -416,9 +416,9 @@ def renamed(messages, **names):
 def test_topics_of_any_name_and_namespace(tmp_path):
     messages = runs.in_real_time(BASE, runs.sends(BASE, SECONDS), SECONDS)
     names = {"wrench": "/robot/cmd", "pose": "/robot/where", "twist": "/robot/how"}
-    comparison, problem, _ = again(tmp_path, renamed(messages, **names))
+    comparison, scenario, _ = again(tmp_path, renamed(messages, **names))
     assert_equal_to_the_bit(comparison)
-    assert (problem.commands.topics, problem.pose_topic, problem.twist_topic) == (
+    assert (scenario.commands.topics, scenario.pose_topic, scenario.twist_topic) == (
         ("/robot/cmd",),
         "/robot/where",
         "/robot/how",
@@ -435,12 +435,12 @@ def test_topics_of_the_node_beside_others_of_their_type(tmp_path):
         ("/goal", making.EPOCH_NS, making.pose_stamped(1, "map", range(7))),
         ("/ns/set_twist", making.EPOCH_NS, making.twist_stamped(1, "world", range(6))),
     ]
-    comparison, problem, _ = again(tmp_path, others + renamed(messages, **names))
+    comparison, scenario, _ = again(tmp_path, others + renamed(messages, **names))
     assert_equal_to_the_bit(comparison)
-    assert problem.twist_topic == "/ns/twist"
+    assert scenario.twist_topic == "/ns/twist"
     for topic in ("/ns/impulse", "/ns/set_pose", "/ns/set_twist"):
-        assert topic in said(problem)
-    assert "only a journal tells" in said(problem)
+        assert topic in said(scenario)
+    assert "only a journal tells" in said(scenario)
 
 
 @pytest.mark.parametrize(
@@ -477,9 +477,9 @@ def test_bag_with_two_robots(tmp_path):
     with pytest.raises(BagError, match=r"several topics of type .*: /a/wrench, /b/wrench; choose with --topic"):
         again(tmp_path / "pose", both, pose="a/pose")
     (tmp_path / "both").mkdir()
-    comparison, problem, _ = again(tmp_path / "both", both, pose="a/pose", topics=("a/wrench",))
+    comparison, scenario, _ = again(tmp_path / "both", both, pose="a/pose", topics=("a/wrench",))
     assert_equal_to_the_bit(comparison)
-    assert problem.twist_topic == "/a/twist"
+    assert scenario.twist_topic == "/a/twist"
 
 
 def test_poses_in_another_frame_than_the_scenes(tmp_path):
@@ -525,13 +525,13 @@ KINDS = {
 def test_poses_and_twists_of_other_types(tmp_path, kind, storage):
     pose, twist, topics = KINDS[kind]
     messages = runs.told_by(runs.in_real_time(BASE, runs.sends(BASE, SECONDS), SECONDS), pose, twist)
-    comparison, problem, _ = again(tmp_path, messages, storage=storage)
+    comparison, scenario, _ = again(tmp_path, messages, storage=storage)
     assert_equal_to_the_bit(comparison)
-    assert (problem.pose_topic, problem.twist_topic) == topics
+    assert (scenario.pose_topic, scenario.twist_topic) == topics
     (tmp_path / "late").mkdir()
     late = [entry for entry in messages if entry[1] > making.EPOCH_NS + 0.605e9]
-    comparison, problem, _ = again(tmp_path / "late", late, storage=storage)
-    assert problem.start is not None and len(comparison.recorded) == 70
+    comparison, scenario, _ = again(tmp_path / "late", late, storage=storage)
+    assert scenario.start is not None and len(comparison.recorded) == 70
     # By the recorded twist, in the axes of the child frame.
     assert comparison.position_error.max() < 1e-13  # measured 3.9e-15
     assert comparison.attitude_error.max() < 1e-13  # measured 4.2e-16
@@ -543,9 +543,9 @@ def test_pose_goes_before_odom(tmp_path, given, told):
     both = sorted(
         messages + [e for e in runs.told_by(messages, runs.odometry()) if e[0] == "/odom"], key=lambda entry: entry[1]
     )
-    comparison, problem, _ = again(tmp_path, both, **given)
+    comparison, scenario, _ = again(tmp_path, both, **given)
     assert_equal_to_the_bit(comparison)
-    assert problem.pose_topic == told and problem.out_topics == ("/pose", "/twist")
+    assert scenario.pose_topic == told and scenario.out_topics == ("/pose", "/twist")
 
 
 def test_odom_goes_before_poses_of_other_names(tmp_path):
@@ -589,12 +589,12 @@ def test_free_motion_needs_no_commands(tmp_path, listed, storage):
     recording = read(without_commands(tmp_path / "bag", listed, storage))
     asked = [(), ("wrench",), ("/wrench",)] if listed else [()]
     for names in asked:
-        problem = problems.prepare(recording, BASE, Choices(topics=names))
-        track = resimulating.run(problem, BASE)
-        assert_equal_to_the_bit(Comparison(problem.stamp_ns, problem.recorded, track.poses))
-        assert "no commands of type geometry_msgs/WrenchStamped or Wrench: the motion is a free one." in said(problem)
+        scenario = scenarios.prepare(recording, BASE, Choices(topics=names))
+        track = resimulating.run(scenario, BASE)
+        assert_equal_to_the_bit(Comparison(scenario.stamp_ns, scenario.recorded, track.poses))
+        assert "no commands of type geometry_msgs/WrenchStamped or Wrench: the motion is a free one." in said(scenario)
     with pytest.raises(BagError, match="has no topic nowhere"):
-        problems.prepare(recording, BASE, Choices(topics=("nowhere",)))
+        scenarios.prepare(recording, BASE, Choices(topics=("nowhere",)))
 
 
 def test_what_moved_the_body_and_is_not_taken_is_counted(tmp_path):
@@ -607,8 +607,8 @@ def test_what_moved_the_body_and_is_not_taken_is_counted(tmp_path):
     ]
     recording = read(making.make(tmp_path / "bag", [*messages, *more]))
     with pytest.raises(BagError, match=r"has several topics of type .*: /other, /third; choose with --topic"):
-        problems.prepare(recording, BASE)
-    told = said(problems.prepare(recording, BASE, Choices(topics=("other",))))
+        scenarios.prepare(recording, BASE)
+    told = said(scenarios.prepare(recording, BASE, Choices(topics=("other",))))
     assert "Left out, because only a journal tells when they took effect: /impulse (2 geometry_msgs/msg/Wren" in told
     assert "Not used: /third (1 geometry_msgs/msg/WrenchStamped); --topic chooses, once for each topic." in told
     assert "wrench_applied" not in told
@@ -620,31 +620,31 @@ def test_neither_commands_nor_poses(tmp_path):
     with pytest.raises(
         BagError, match=r"none with poses, of type .*Odometry; it has /note \(std_msgs/.*, /twist \(geom"
     ):
-        problems.prepare(recording, BASE)
+        scenarios.prepare(recording, BASE)
 
 
 def test_commands_alone(tmp_path):
     """Poses come as the scene publishes them, from the first command to the end of the last one's step."""
     messages = [e for e in runs.in_real_time(BASE, runs.sends(BASE, SECONDS), SECONDS) if e[0] == "/wrench"]
     recording = read(making.make(tmp_path / "bag", messages))
-    problem = problems.prepare(recording, BASE)
-    track = resimulating.run(problem, BASE)
-    assert problem.recorded is None and np.isfinite(track.motion).all()
-    assert_array_equal(np.diff(problem.stamp_ns), 20_000_000)
-    assert problem.stamp_ns[-1] >= messages[-1][1] - runs.LATENCY_NS > problem.stamp_ns[-2] - 20_000_000
+    scenario = scenarios.prepare(recording, BASE)
+    track = resimulating.run(scenario, BASE)
+    assert scenario.recorded is None and np.isfinite(track.motion).all()
+    assert_array_equal(np.diff(scenario.stamp_ns), 20_000_000)
+    assert scenario.stamp_ns[-1] >= messages[-1][1] - runs.LATENCY_NS > scenario.stamp_ns[-2] - 20_000_000
 
 
 def test_commands_alone_that_do_not_tell_enough(tmp_path):
     messages = [e for e in runs.in_real_time(BASE, runs.sends(BASE, SECONDS), SECONDS) if e[0] == "/wrench"]
     recording = read(making.make(tmp_path / "bag", messages))
     with pytest.raises(BagError, match="has no poses, which lockstep needs; record pose and twist, too"):
-        problems.prepare(recording, LOCKSTEP)
+        scenarios.prepare(recording, LOCKSTEP)
     with pytest.raises(BagError, match="has no poses, which --start bag needs"):
-        problems.prepare(recording, BASE, Choices(start=BAG))
+        scenarios.prepare(recording, BASE, Choices(start=BAG))
     later = ("/wrench", messages[-1][1] + 10**17, runs.message(runs.Send(10**17, "world", (0.0,) * 6), making.EPOCH_NS))
     recording = read(making.make(tmp_path / "years", [*messages, later]))
     with pytest.raises(BagError, match=r"its commands span 5e\+09 poses at this publish_rate; give a lower one"):
-        problems.prepare(recording, BASE)
+        scenarios.prepare(recording, BASE)
 
 
 def with_numbers(messages, topic, number):
@@ -686,5 +686,5 @@ def test_further_poses_are_said_to_be_left_out(tmp_path):
     """Of the same body or another, nobody knows: none is compared without a word."""
     messages = runs.in_real_time(BASE, runs.sends(BASE, SECONDS), SECONDS)
     messages += [("/other/pose", *rest) for topic, *rest in messages if topic == "/pose"]
-    _, problem, _ = again(tmp_path, messages, pose="/pose")
-    assert "Not compared: /other/pose (101 geometry_msgs/msg/PoseStamped); --pose chooses." in said(problem)
+    _, scenario, _ = again(tmp_path, messages, pose="/pose")
+    assert "Not compared: /other/pose (101 geometry_msgs/msg/PoseStamped); --pose chooses." in said(scenario)

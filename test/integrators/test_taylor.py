@@ -18,6 +18,7 @@ from rigid_body_sim.integrators import steps_of
 from rigid_body_sim.integrators.taylor import INTEGRATOR
 from rigid_body_sim.kernels import compiled
 from rigid_body_sim.kernels import state as flat
+from rigid_body_sim.report.reference.quaternions import conjugate, product, unit
 from rigid_body_sim.terms import Terms
 from rigid_body_sim.theory import invariants
 from rigid_body_sim.values import rotation
@@ -44,27 +45,8 @@ def exact(numbers):
     return [mpf(n) if isinstance(n, str) else mpf(float(n)) for n in numbers]
 
 
-def product(a, b):
-    (aw, ax, ay, az), (bw, bx, by, bz) = a, b
-    return [
-        aw * bw - ax * bx - ay * by - az * bz,
-        aw * bx + bw * ax + ay * bz - az * by,
-        aw * by + bw * ay + az * bx - ax * bz,
-        aw * bz + bw * az + ax * by - ay * bx,
-    ]
-
-
-def conjugate(q):
-    return [q[0], -q[1], -q[2], -q[3]]
-
-
 def length(v):
     return mpmath.sqrt(mpmath.fsum(x * x for x in v))
-
-
-def unit(v):
-    size = length(v)
-    return [x / size for x in v]
 
 
 def turn(axis, angle):

@@ -15,7 +15,7 @@ from rigid_body_sim.values import rotation
 
 pytestmark = pytest.mark.no_numba
 
-CASES = load.stored(load.TORQUE_FREE)
+CASES = load.stored("torque_free.json")
 EPS = np.finfo(float).eps
 
 

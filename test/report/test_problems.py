@@ -6,10 +6,11 @@ import math
 import numpy as np
 import pytest
 
+from bench.reference import make_report
+from bench.reference.make_reference import as_strings
 from rigid_body_sim.report import method, ours
 from rigid_body_sim.report.problems import TITLES, End, errors, problem
-from rigid_body_sim.report.reference import load, make_report
-from rigid_body_sim.report.reference.make_reference import as_strings
+from rigid_body_sim.report.reference import load
 
 
 def true_end(name):

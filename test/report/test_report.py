@@ -12,7 +12,8 @@ from pathlib import Path
 
 import pytest
 
-from rigid_body_sim.report import error_section, frontier, main, readme
+from bench import readme
+from rigid_body_sim.report import error_section, frontier, main
 from rigid_body_sim.report.problems import TITLES
 from rigid_body_sim.report.section import Heading, Measurement, Paragraph, Table
 from rigid_body_sim.report.store import FILE

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from rigid_body_sim import load_scene
-from rigid_body_sim.tools import findings, picture
+from rigid_body_sim.tools import demo_plot, findings
 from rigid_body_sim.tools.recording import Recording
 
 SCENE = load_scene(Path(__file__).parents[2] / "config/satellite.yaml")
@@ -39,5 +39,5 @@ def test_table_without_diagnostics(recording):
 def test_picture_is_drawn(recording, tmp_path, commands):
     pytest.importorskip("matplotlib")
     part = replace(recording, command_ns=recording.command_ns[:commands], torque=recording.torque[:commands])
-    picture.draw(part, TARGET, 0.05, "a title", tmp_path / "picture.png")
+    demo_plot.draw(part, TARGET, 0.05, "a title", tmp_path / "picture.png")
     assert (tmp_path / "picture.png").stat().st_size > 10_000  # bytes; measured 57 000 and 63 000

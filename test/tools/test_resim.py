@@ -15,7 +15,7 @@ pytest.importorskip("rosbags")
 
 from rigid_body_sim import Scene
 from rigid_body_sim.bags.reading import read
-from rigid_body_sim.tools import resim, resim_picture
+from rigid_body_sim.tools import resim, resim_plot
 
 from ..bags import making, runs
 
@@ -242,8 +242,8 @@ def test_picture_that_cannot_be(folder, capsys, monkeypatch):
 def test_every_peak_is_in_the_picture():
     errors = np.zeros(100_001)
     errors[[1, 5_000, 77_777, 100_000]] = (3.0, 1.0, 2.0, 4.0)
-    _, line = resim_picture.thinned(np.arange(100_001), errors)
-    assert len(line) <= resim_picture.MOST_POINTS
+    _, line = resim_plot.thinned(np.arange(100_001), errors)
+    assert len(line) <= resim_plot.MOST_POINTS
     assert sorted(line[line > 0]) == [1.0, 2.0, 3.0, 4.0]
 
 

@@ -18,8 +18,8 @@ import pytest
 pytest.importorskip("rosbags")
 
 from rigid_body_sim import Scene
-from rigid_body_sim.bags import problem as problems
 from rigid_body_sim.bags import resimulating
+from rigid_body_sim.bags import scenario as scenarios
 from rigid_body_sim.bags.reading import read
 from rigid_body_sim.tools import sweep
 
@@ -48,8 +48,8 @@ def rows_of(path):
 def expected(**changes):
     """Hash of the final state of a run of the scene with other values."""
     scene = BASE.changed({name.replace("__", "."): value for name, value in changes.items()})
-    problem = problems.prepare(read("run"), BASE)
-    return resimulating.run(problem, scene).state
+    scenario = scenarios.prepare(read("run"), BASE)
+    return resimulating.run(scenario, scene).state
 
 
 SWEEP = ("run", "--scene", "scene.yaml", "--workers", "1", "--vary")  # each more imports all for a second
@@ -199,9 +199,9 @@ def test_initial_state_of_a_bag_that_begins_late_cannot_be_varied(folder, capsys
 
 def test_process_that_dies_loses_no_row(folder, capsys, monkeypatch):
     """The rows that are there stay, the call fails with a sentence, and the same call goes on."""
-    problem = problems.prepare(read("run"), BASE)
+    scenario = scenarios.prepare(read("run"), BASE)
     variations = [sweep.variation("body.mass=1:3:40")]
-    table = sweep.Table(folder / "rows.csv", problem, BASE, variations)
+    table = sweep.Table(folder / "rows.csv", scenario, BASE, variations)
 
     def runs_with_a_death(work, wanted):
         for count, outcome in enumerate(sweep.processes(1)(work, wanted)):
@@ -210,13 +210,13 @@ def test_process_that_dies_loses_no_row(folder, capsys, monkeypatch):
                 os.kill(child, signal.SIGKILL)
             yield outcome
 
-    lost = sweep.run(table, problem, BASE, runs_with_a_death)
+    lost = sweep.run(table, scenario, BASE, runs_with_a_death)
     assert lost and "BrokenProcessPool" in lost[0]
     there = len(table.rows)
     assert 4 <= there == 40 - len(lost)
-    again = sweep.Table(folder / "rows.csv", problem, BASE, variations)
+    again = sweep.Table(folder / "rows.csv", scenario, BASE, variations)
     assert len(again.rows) == there
-    assert sweep.run(again, problem, BASE, sweep.processes(1)) == []
+    assert sweep.run(again, scenario, BASE, sweep.processes(1)) == []
     assert len(rows_of(folder / "rows.csv")) == len(again.rows) == 40
 
 
@@ -366,9 +366,9 @@ def test_dask_gives_the_rows_of_processes_though_a_worker_is_killed(folder, caps
     workers(address, 3)
     long = runs.in_real_time(BASE, runs.sends(BASE, 20.0), 20.0)
     making.make(folder / "long", long)
-    problem = problems.prepare(read("long"), BASE)
+    scenario = scenarios.prepare(read("long"), BASE)
     variations = [sweep.variation("body.mass=1:3:60")]
-    table = sweep.Table(folder / "rows.csv", problem, BASE, variations)
+    table = sweep.Table(folder / "rows.csv", scenario, BASE, variations)
     left = []
 
     def runs_with_a_death(work, wanted):
@@ -377,13 +377,13 @@ def test_dask_gives_the_rows_of_processes_though_a_worker_is_killed(folder, caps
                 left.extend(kill_a_busy_worker(address))
             yield outcome
 
-    assert sweep.run(table, problem, BASE, runs_with_a_death) == []
+    assert sweep.run(table, scenario, BASE, runs_with_a_death) == []
     assert left  # runs that were its own to do
     rows = rows_of(folder / "rows.csv")
     assert len(rows) == len({row["body.mass"] for row in rows}) == 60
     for row in rows[::10]:
         scene = BASE.changed({"body.mass": float(row["body.mass"])})
-        assert row["state"] == resimulating.run(problem, scene).state
+        assert row["state"] == resimulating.run(scenario, scene).state
     status, out, _ = call(capsys, "run", "--scene", "scene.yaml", "--vary", "body.mass=1:3:5", "--dask", address)
     assert status == 0 and "Rows: 5 of 5" in out
     by_dask = (folder / "run.csv").read_text().splitlines()
@@ -413,9 +413,9 @@ def test_workers_of_another_version_are_refused(folder, capsys, cluster, monkeyp
 
 
 def test_digest_tells_bags_apart_and_nothing_else(folder):
-    problem = problems.prepare(read("run"), BASE)
-    same = problems.prepare(read("run"), BASE)
-    assert sweep._digest(problem) == sweep._digest(same)
+    scenario = scenarios.prepare(read("run"), BASE)
+    same = scenarios.prepare(read("run"), BASE)
+    assert sweep._digest(scenario) == sweep._digest(same)
     same.commands.values[3, 2] = np.nextafter(same.commands.values[3, 2], 1.0)
-    assert sweep._digest(problem) != sweep._digest(same)
+    assert sweep._digest(scenario) != sweep._digest(same)
     assert sweep._digest(Scene(runs.SCENE).values) == sweep._digest(BASE.values)

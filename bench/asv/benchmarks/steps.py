@@ -77,4 +77,4 @@ def track_attitude_error() -> float:
     return 2.0 * math.asin(min(1.0, math.hypot(*turn)))
 
 
-track_attitude_error.unit = "rad"
+track_attitude_error.unit = "rad"  # type: ignore[attr-defined]  # where asv looks

@@ -1,4 +1,4 @@
-"""Read reference solutions, made by make_reference.py and make_report.py, as floats and numpy arrays."""
+"""Read reference solutions, made by the programs in bench/reference, as floats and numpy arrays."""
 
 import json
 from importlib import resources
@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-TRAJECTORIES, REPORT, TORQUE_FREE = "trajectories.json", "report.json", "torque_free.json"
+TRAJECTORIES, REPORT = "trajectories.json", "report.json"
 
 
 def stored(file: str) -> dict[str, Any]:

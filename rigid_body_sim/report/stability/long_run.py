@@ -23,6 +23,7 @@ from ...values import rotation
 from ...values.body import Body
 from ...values.state import State
 from ...values.wrench import Wrench
+from ..reference.quaternions import product
 
 RATE = 1000.0  # Hz
 SPIN = 20.0  # rad/s: 0.02 rad in a step
@@ -93,8 +94,8 @@ def closed_form(q0: Floats, w_body: Floats, steps: int) -> Floats:
         i1, _, i3 = (mpf(moment) for moment in SYMMETRIC.principal_moments.tolist())
         wx, wy, wz = (mpf(rate) for rate in w_body.tolist())
         # exp(½ t L / I₁) q₀ = q₀ exp(½ t l / I₁), with l = I₀ ω in the body
-        turn = _multiply(_exponential(t * wx, t * wy, t * wz * i3 / i1), _exponential(0, 0, t * wz * (1 - i3 / i1)))
-        return np.array([float(c) for c in _multiply([mpf(c) for c in q0.tolist()], turn)])
+        turn = product(_exponential(t * wx, t * wy, t * wz * i3 / i1), _exponential(0, 0, t * wz * (1 - i3 / i1)))
+        return np.array([float(c) for c in product([mpf(c) for c in q0.tolist()], turn)])
 
 
 def _exponential(x: Any, y: Any, z: Any) -> list[Any]:
@@ -104,17 +105,6 @@ def _exponential(x: Any, y: Any, z: Any) -> list[Any]:
     angle = mp.sqrt(x * x + y * y + z * z)
     share = mp.sin(angle / 2) / angle if angle else mp.mpf(1) / 2
     return [mp.cos(angle / 2), share * x, share * y, share * z]
-
-
-def _multiply(a: Sequence[Any], b: Sequence[Any]) -> list[Any]:
-    """Product of two quaternions of any numbers."""
-    (aw, ax, ay, az), (bw, bx, by, bz) = a, b
-    return [
-        aw * bw - ax * bx - ay * by - az * bz,
-        aw * bx + bw * ax + ay * bz - az * by,
-        aw * by + bw * ay + az * bx - ax * bz,
-        aw * bz + bw * az + ax * by - ay * bx,
-    ]
 
 
 def exponent(steps: list[int], errors: list[float], least: int) -> float:

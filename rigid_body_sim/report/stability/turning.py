@@ -1,8 +1,8 @@
 """Extreme bodies and spins: angle turned in a step against spin, mass, ratio of moments, triangle's edge, separatrix.
 
 A body spins, under a torque in body axes and a force in world axes where a map has them. The truth of the rotation are
-solutions of mpmath with more than 30 digits (reference/turning.json, made by reference/make_turning.py), the one of the
-translation is a parabola. Spin and mass only set the scales: for them the truth is one solution, scaled.
+solutions of mpmath with more than 30 digits (reference/turning.json, made by bench/reference/make_turning.py), the one
+of the translation is a parabola. Spin and mass only set the scales: for them the truth is one solution, scaled.
 """
 
 import functools

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from rigid_body_sim.report.stability import controller, damping, drawing, outcome, tether
+from rigid_body_sim.report.stability import controller, damping, outcome, plots, tether
 from rigid_body_sim.report.stability.outcome import Outcome, Scale, attempt
 
 TRUTH = np.array((1.0, 2.0, 3.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 2.0, 0.0))
@@ -71,7 +71,7 @@ def test_outcomes_differ_in_sign_and_in_lightness():
     """Also printed in grey, and with any colour vision."""
     from matplotlib.colors import to_rgb
 
-    lightness = sorted(float(np.dot((0.2126, 0.7152, 0.0722), to_rgb(colour))) for colour, *_ in drawing.LOOK.values())
-    assert set(drawing.LOOK) == set(Outcome)
+    lightness = sorted(float(np.dot((0.2126, 0.7152, 0.0722), to_rgb(colour))) for colour, *_ in plots.LOOK.values())
+    assert set(plots.LOOK) == set(Outcome)
     assert min(np.diff(lightness)) > 0.15  # measured 0.20
-    assert len({marker for _, _, marker, _ in drawing.LOOK.values()}) == len(Outcome)
+    assert len({marker for _, _, marker, _ in plots.LOOK.values()}) == len(Outcome)

@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
+from bench.reference import make_turning
 from rigid_body_sim import Simulation, State
-from rigid_body_sim.report.reference import make_turning
 from rigid_body_sim.report.stability import controller, damping, free, long_run, step_size, tether, turning
 from rigid_body_sim.report.stability.outcome import largest_error
 from rigid_body_sim.values import rotation

@@ -1,0 +1,176 @@
+"""What a step costs: the kernels alone, and a command, a step and a pose from Python, beside other simulators.
+
+All figures of one line come from one run in which the candidates take turns, so that they see the same machine. A
+figure is the median over rounds; times on a shared machine drift, the ratios do not.
+"""
+
+import functools
+import platform
+import statistics
+import sys
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from rigid_body_sim import integrators
+from rigid_body_sim.command_line import takes_nothing
+from rigid_body_sim.kernels import compiled
+from rigid_body_sim.report.cost import seconds
+from rigid_body_sim.simulation import Simulation
+from rigid_body_sim.values.body import Body
+from rigid_body_sim.values.state import State
+from rigid_body_sim.values.wrench import Wrench
+
+ROUNDS = 60
+STEPS = 2000
+TURN = 0.01  # h |ω| [rad]: how far the body turns in a step
+SPIN = (1.0, 1.0, 0.5)  # rad/s
+MOMENTS = (0.1, 0.2, 0.25)  # kg m²
+GRAVITY = (0.0, 0.0, -9.80665)  # m/s²
+SMALL = 1e-4  # so that 2000 steps do not change the spin
+
+_FORCE, _TORQUE = (1.0, 2.0, 3.0), (SMALL, 2 * SMALL, SMALL)
+WRENCHES = {
+    "no wrench": Wrench(),
+    "torque, body axes": Wrench(torque_body=_TORQUE),
+    "torque, world axes": Wrench(torque_world=_TORQUE),
+    "force, body axes": Wrench(force_body=_FORCE),
+    "world force at a point": Wrench(points=[((0.0, 0.0, SMALL), (0.0, 0.0, -1.0))]),
+    "two of them, not parallel": Wrench(
+        points=[((0.0, 0.0, SMALL), (0.0, 0.0, -1.0)), ((0.0, SMALL, 0.0), (0.0, 1.0, -1.0))]
+    ),
+}
+
+
+def kernel_costs(wrench: Wrench) -> dict[str, list[float]]:
+    """Time per step [s] of each integrator's kernel, in each round, for a spinning body under ``wrench``."""
+    rate = sum(w * w for w in SPIN) ** 0.5 / TURN
+    body, state = Body(2.0, MOMENTS), State(orientation=(1.0, 2.0, 3.0, 4.0), angular_velocity=SPIN)
+    simulations = {
+        name: Simulation(body, state, rate=rate, gravity=GRAVITY, integrator=name)
+        for name, integrator in integrators.REGISTRY.items()
+        if not integrator.refusal(wrench) and not integrator.one_evaluation  # its cost is that of a run, not of a step
+    }
+    costs: dict[str, list[float]] = {name: [] for name in simulations}
+    for _ in range(ROUNDS):
+        for name, simulation in simulations.items():
+            simulation.reset()
+            simulation.set_wrench(wrench)
+            costs[name].append(seconds(functools.partial(simulation.step, STEPS)) / STEPS)
+    return costs
+
+
+def cycles() -> dict[str, Callable[[], object]]:
+    """One new wrench, one step and one pose read back: here, in its parts, and in other simulators where installed."""
+    simulation = Simulation(Body(2.0, MOMENTS), State(angular_velocity=SPIN), gravity=GRAVITY)
+    force, torque = (0.01, 0.0, 0.0), (SMALL, 0.0, 0.0)
+    held = Wrench(force, torque)
+
+    def cycle() -> tuple[float, ...]:
+        simulation.set_wrench(Wrench(force, torque))
+        simulation.step()
+        return simulation.pose
+
+    return {
+        "whole cycle": cycle,
+        "  Wrench(...)": lambda: Wrench(force, torque),
+        "  set_wrench": lambda: simulation.set_wrench(held),
+        "  step": simulation.step,
+        "  pose": lambda: simulation.pose,
+        **_mujoco_cycles(),
+        **_pinocchio_cycle(),
+    }
+
+
+def _mujoco_cycles() -> dict[str, Callable[[], object]]:
+    """MuJoCo with its two explicit integrators, driven by xfrc_applied, as its users do."""
+    try:
+        import mujoco
+    except ImportError:
+        return {}
+    made = {}
+    for integrator in ("Euler", "RK4"):
+        model = mujoco.MjModel.from_xml_string(_MUJOCO_BODY.format(integrator=integrator))
+        data = mujoco.MjData(model)
+        data.qvel[3:] = SPIN
+        made[f"MuJoCo {integrator}"] = _mujoco_cycle(mujoco.mj_step, model, data)
+    return made
+
+
+_MUJOCO_BODY = """<mujoco><option timestep="0.001" gravity="0 0 -9.80665" integrator="{integrator}"/><worldbody><body>
+<freejoint/><inertial pos="0 0 0" mass="2" diaginertia="0.1 0.2 0.25"/></body></worldbody></mujoco>"""
+
+
+def _mujoco_cycle(mj_step: Callable[[Any, Any], None], model: Any, data: Any) -> Callable[[], object]:
+    wrench = np.array((0.01, 0.0, 0.0, SMALL, 0.0, 0.0))
+
+    def cycle() -> object:
+        data.xfrc_applied[1] = wrench
+        mj_step(model, data)
+        return data.qpos
+
+    return cycle
+
+
+def _pinocchio_cycle() -> dict[str, Callable[[], object]]:
+    """Pinocchio: forward dynamics (aba) and its integration of the configuration, semi-implicit Euler."""
+    try:
+        import pinocchio
+    except ImportError:
+        return {}
+    model = pinocchio.Model()
+    model.addJoint(0, pinocchio.JointModelFreeFlyer(), pinocchio.SE3.Identity(), "body")
+    inertia = pinocchio.Inertia(2.0, np.zeros(3), np.diag(MOMENTS))
+    model.appendBodyToJoint(1, inertia, pinocchio.SE3.Identity())
+    data, wrench = model.createData(), np.array((0.01, 0.0, 0.0, SMALL, 0.0, 0.0))
+    state = [pinocchio.neutral(model), np.array((0.0, 0.0, 0.0, *SPIN))]
+
+    def cycle() -> object:
+        state[1] = state[1] + 1e-3 * pinocchio.aba(model, data, *state, wrench)
+        state[0] = pinocchio.integrate(model, state[0], 1e-3 * state[1])
+        return state[0]
+
+    return {"Pinocchio aba, integrate": cycle}
+
+
+def cycle_costs() -> dict[str, list[float]]:
+    """Time [s] of each of ``cycles``, in each round."""
+    costs: dict[str, list[float]] = {}
+    parts = cycles()
+    for _ in range(ROUNDS):
+        for name, part in parts.items():
+            costs.setdefault(name, []).append(seconds(functools.partial(_often, part)) / STEPS)
+    return costs
+
+
+def _often(part: Callable[[], object]) -> None:
+    for _ in range(STEPS):
+        part()
+
+
+def main(args: Sequence[str] | None = None) -> int:
+    """Print all figures with the machine's name."""
+    takes_nothing(
+        "step_cost",
+        "Measures what a step costs: in a kernel, and with a command and a pose from Python.",
+        args,
+    )
+    numba = "numba" if compiled.ENABLED else "plain Python"
+    print(f"{platform.node()}, {platform.machine()}, Python {platform.python_version()}, kernels in {numba}")
+    print(f"\nKernel alone at h|w| = {TURN}, ns per step: median (smallest) of {ROUNDS} rounds; ratio taylor / rk4")
+    for what, wrench in WRENCHES.items():
+        costs = kernel_costs(wrench)
+        shown = "  ".join(
+            f"{name} {1e9 * statistics.median(cost):5.0f} ({1e9 * min(cost):.0f})" for name, cost in costs.items()
+        )
+        ratio = statistics.median(a / b for a, b in zip(costs["taylor"], costs["rk4"], strict=True))
+        print(f"  {what:26s} {shown}   {ratio:.2f}")
+    print("\nOne new wrench, one step and one pose read back, from Python, µs: median (smallest)")
+    for name, cost in cycle_costs().items():
+        print(f"  {name:26s} {1e6 * statistics.median(cost):6.2f} ({1e6 * min(cost):.2f})")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

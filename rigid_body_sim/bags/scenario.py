@@ -1,0 +1,422 @@
+"""What a bag says about a run: where it starts, and which commands reached it when."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..kernels.arrays import Floats, Integers
+from ..kernels.compiled import sources_digest
+from ..scene.loader import Scene
+from ..simulation import Simulation
+from ..values import rotation
+from ..values.state import State
+from . import journal as journals
+from . import timing, topics
+from .comparison import angles
+from .reading import ODOMETRY, POSE, TWIST, Messages, Recording
+from .rosbags_support import BagError
+
+NANOSECONDS = 1_000_000_000
+ROUNDED_NS = 2.0  # by which the time from one stamp to another may differ from whole steps
+MOST_POSES = 50_000_000  # that a bag without any is given
+SAME_START = 1e-9  # m, rad, m/s, rad/s: a first pose this near to the scene's initial one is that one
+CUT_OR_RECORD = "cut the bag there, or let the node record (record.path)"
+SCENE, BAG = "scene", "bag"  # where the initial state comes from
+
+
+@dataclass(frozen=True)
+class Choices:
+    """What a user may choose; None is decided by what is in the bag."""
+
+    topics: tuple[str, ...] = ()
+    pose: str | None = None
+    times: str | None = None  # timing.HEADER or RECEIVE
+    start: str | None = None  # SCENE or BAG
+
+
+BY_WHAT_IS_THERE = Choices()
+
+
+@dataclass(frozen=True)
+class Commands:
+    """The commands of all topics, in the order in which they reached the simulation."""
+
+    topics: tuple[str, ...]  # the first leads in lockstep
+    topic: Integers  # (n,) index into topics
+    time_ns: Integers  # (n,) simulated time since the start; without meaning in lockstep
+    values: Floats  # (n, 6) force [N] and torque [N m]
+    frame_ids: NDArray[np.object_]  # (n,) of str
+
+    def part(self, which: Integers | slice) -> "Commands":
+        """Some of them."""
+        names = ("topic", "time_ns", "values", "frame_ids")
+        return replace(self, **{name: getattr(self, name)[which] for name in names})
+
+
+@dataclass(frozen=True)
+class Scenario:
+    """What to simulate but the scene, as a bag tells it. It can be pickled and sent to another process.
+
+    Poses are wanted at ``stamp_ns``; step 0 has the stamp ``epoch_ns``. Where there is a journal, it takes the place of
+    the commands.
+    """
+
+    epoch_ns: int
+    stamp_ns: Integers  # (m,)
+    receive_ns: Integers  # (m,) of the poses
+    twist_receive_ns: Integers  # (m,) of the twists of these stamps, or else of the poses
+    recorded: Floats | None  # (m, 7) poses
+    pose_topic: str
+    twist_topic: str
+    out_topics: tuple[str, str]  # under which poses (PoseStamped) and twists (TwistStamped) are written
+    start: State | None = None  # None is the scene's
+    commands: Commands | None = None
+    journal: tuple[journals.Entry, ...] = ()
+    notes: tuple[str, ...] = ()
+
+
+# What to simulate -----------------------------------------------------------------------------------------------------
+
+
+def scene_of(recording: Recording) -> Scene | None:
+    """The scene in the bag's journal; None without a journal. Raises BagError for a journal that cannot be read."""
+    return journals.beginning(journals.read(recording.journal)).scene if recording.journal else None
+
+
+def prepare(recording: Recording, scene: Scene, choices: Choices = BY_WHAT_IS_THERE) -> Scenario:
+    """What a bag says about a run of this scene. Raises BagError when that cannot be simulated again."""
+    pose = topics.pose(recording, scene, choices.pose)
+    twist = topics.twist(recording, pose)
+    notes = list(recording.notes)
+    if recording.journal:
+        return _by_journal(recording, scene, pose, twist, notes)
+    names = topics.commands(recording, scene, choices.topics)
+    if not names and pose is None:
+        raise BagError(
+            f"{recording.path}: has no topic of type {topics.A_COMMAND} with commands and none with poses, of type "
+            f"{topics.A_POSE}; it has {topics.there(recording)}"
+        )
+    notes += _not_taken(recording, names)
+    if further := topics.not_compared(recording, pose):
+        notes.append(f"Not compared: {topics.counted(recording, further)}; --pose chooses.")
+    if pose is None:
+        return _without_poses(recording, scene, names, choices, notes)
+    return _by_commands(recording, scene, names, pose, twist, choices, notes)
+
+
+def _not_taken(recording: Recording, names: Sequence[str]) -> list[str]:
+    """Sentences about what moved the body, perhaps, and is not taken for that."""
+    notes = []
+    if not names:
+        notes.append(f"The bag has no commands of type {topics.A_COMMAND}: the motion is a free one.")
+    if unknown := topics.left_out(recording, names):
+        told = topics.counted(recording, unknown)
+        notes.append(f"Left out, because only a journal tells when they took effect: {told}.")
+    if others := topics.not_used(recording, names):
+        notes.append(f"Not used: {topics.counted(recording, others)}; --topic chooses, once for each topic.")
+    return notes
+
+
+def _by_commands(
+    recording: Recording,
+    scene: Scene,
+    names: Sequence[str],
+    pose: str,
+    twist: str | None,
+    choices: Choices,
+    notes: list[str],
+) -> Scenario:
+    _check_frames(recording, pose, scene)
+    poses, twists = _poses_in_order(recording, pose, notes), _twists(recording, twist, scene)
+    first, start, told = _start(recording, scene, pose, poses, twists, choices.start)
+    notes.append(told)
+    poses = _chosen(poses, slice(first, None))
+    epoch_ns = 0 if scene["lockstep"] and start is None else int(poses.stamp_ns[0])
+    notes.append(_between_steps(poses.stamp_ns - epoch_ns, scene["rate"]))
+    if scene["lockstep"]:
+        commands = _in_lockstep(recording, names, scene, poses if start else None, notes)
+    else:
+        commands = _since(epoch_ns, _by_time(recording, scene, names, poses, choices.times, notes))
+    return Scenario(
+        epoch_ns,
+        poses.stamp_ns,
+        poses.receive_ns,
+        _received(twists, poses),
+        poses.values,
+        pose,
+        twist or topics.beside(pose, "twist"),
+        _out_topics(recording, pose, twist),
+        start,
+        commands,
+        notes=tuple(filter(None, notes)),
+    )
+
+
+def _poses_in_order(recording: Recording, pose: str, notes: list[str]) -> Messages:
+    poses = _true_poses(recording, pose, notes)
+    notes.append(timing.oddities(f"Stamps of {pose}", poses.stamp_ns))
+    poses = _chosen(poses, timing.order(recording.path, pose, poses.stamp_ns, CUT_OR_RECORD))
+    return _chosen(poses, timing.last_of_equal(poses.stamp_ns))
+
+
+def _true_poses(recording: Recording, pose: str, notes: list[str]) -> Messages:
+    """The poses without those that are none: they are counted. Raises BagError when none is left."""
+    poses = recording.poses[pose]
+    finite, turned = np.isfinite(poses.values), poses.values[:, 3:] != 0.0
+    true: NDArray[np.bool_] = np.all(finite, axis=1) & np.any(turned, axis=1)
+    if true.all():
+        return poses
+    first = int(np.argmin(true))
+    found = (
+        f"{int((~true).sum())} of {len(true)} poses on {pose} are not finite or have a quaternion of zeros, the first "
+        f"is message {first + 1}, stamped {timing.seconds(int(poses.stamp_ns[first]))}"
+    )
+    if not true.any():
+        raise BagError(f"{recording.path}: {found}; give a bag with poses, or another topic with --pose")
+    notes.append(f"{found}: left out.")
+    return _chosen(poses, true)
+
+
+def _by_journal(recording: Recording, scene: Scene, pose: str | None, twist: str | None, notes: list[str]) -> Scenario:
+    if pose is None:
+        raise BagError(f"{recording.path}: has a journal, but no pose to compare with; record pose, too")
+    poses = _true_poses(recording, pose, notes)
+    twists = recording.twists.get(twist or "")
+    entries = tuple(journals.read(recording.journal))
+    notes.append("Simulated by the node's own journal: each command takes effect at the step at which it did.")
+    notes.append(_other_kernels(journals.beginning(entries)))
+    return Scenario(
+        journals.beginning(entries).epoch_ns,
+        poses.stamp_ns,
+        poses.receive_ns,
+        _received(twists, poses),
+        poses.values,
+        pose,
+        twist or topics.beside(pose, "twist"),
+        _out_topics(recording, pose, twist),
+        journal=entries,
+        notes=tuple(filter(None, notes)),
+    )
+
+
+def _other_kernels(beginning: journals.Beginning) -> str:
+    if beginning.kernels == sources_digest():
+        return ""
+    return f"It was recorded by version {beginning.version} with other kernels: the last digits may differ."
+
+
+def _without_poses(
+    recording: Recording, scene: Scene, names: Sequence[str], choices: Choices, notes: list[str]
+) -> Scenario:
+    """From the first command to the last, with a pose as often as the scene publishes one."""
+    if scene["lockstep"] or choices.start == BAG:
+        what = "lockstep" if scene["lockstep"] else "--start bag"
+        raise BagError(f"{recording.path}: has no poses, which {what} needs; record pose and twist, too")
+    notes.append("The bag has no poses: the scene's initial state is where the first command takes effect.")
+    commands = _by_time(recording, scene, names, None, choices.times, notes)
+    epoch_ns = int(commands.time_ns[0])
+    commands = _since(epoch_ns, commands)
+    period = scene.steps_per_publish * NANOSECONDS / scene["rate"]
+    count = int(commands.time_ns[-1] // period) + 2
+    if count > MOST_POSES:
+        raise BagError(f"{recording.path}: its commands span {count:.3g} poses at this publish_rate; give a lower one")
+    stamp_ns = epoch_ns + np.rint(np.arange(count) * period).astype(np.int64)
+    out_topics = topics.beside(names[0], "pose"), topics.beside(names[0], "twist")
+    told = tuple(filter(None, notes))
+    return Scenario(
+        epoch_ns, stamp_ns, stamp_ns, stamp_ns, None, *out_topics, out_topics, commands=commands, notes=told
+    )
+
+
+def _between_steps(since_ns: Integers, rate: float) -> str:
+    """A sentence about stamps that no step has; empty when there are none."""
+    steps = timing.nearest_steps(since_ns, rate)
+    off = np.abs(since_ns - np.rint(steps * (NANOSECONDS / rate)))
+    between = int((off > ROUNDED_NS).sum())
+    if not between:
+        return ""
+    return f"{between} poses lie between two steps, by up to {off.max() / NANOSECONDS:.3g} s; the nearest step counts."
+
+
+def _received(twists: Messages | None, poses: Messages) -> Integers:
+    """When the twist of each pose's stamp was received; of a stamp that comes again, the first."""
+    received = poses.receive_ns.copy()
+    if twists is not None:
+        _, pose, twist = np.intersect1d(poses.stamp_ns, twists.stamp_ns, return_indices=True)
+        received[pose] = twists.receive_ns[twist]
+    return received
+
+
+def _out_topics(recording: Recording, pose: str, twist: str | None) -> tuple[str, str]:
+    """As recorded, where the messages are of the types that are written."""
+    twist = twist or topics.beside(pose, "twist")
+    return (
+        pose if recording.types[pose] == POSE else topics.beside(pose, "pose"),
+        twist if recording.types.get(twist, TWIST) == TWIST else topics.beside(twist, "twist"),
+    )
+
+
+def _check_frames(recording: Recording, pose: str, scene: Scene) -> None:
+    messages = recording.poses[pose]
+    for name in dict.fromkeys(messages.frame_ids.tolist()):
+        if name.removeprefix("/") not in (scene["world_frame_id"], ""):
+            raise BagError(
+                f"{recording.path}: {pose} is in frame {name!r}, the scene's world is {scene['world_frame_id']!r}; "
+                "give the scene of this bag with --scene, or another topic with --pose"
+            )
+    for name in dict.fromkeys(messages.child_ids.tolist()):
+        if name.removeprefix("/") not in (scene["body.frame_id"], ""):
+            raise BagError(
+                f"{recording.path}: {pose} is of frame {name!r}, the scene's body is {scene['body.frame_id']!r}; "
+                "give the scene of this bag with --scene, or another topic with --pose"
+            )
+
+
+def _twists(recording: Recording, twist: str | None, scene: Scene) -> Messages | None:
+    """The twists on that topic; those of an Odometry without a child frame are the body's, in its axes."""
+    if twist is None:
+        return None
+    twists = recording.twists[twist]
+    if recording.types[twist] != ODOMETRY:
+        return twists
+    frames = [name or scene["body.frame_id"] for name in twists.frame_ids.tolist()]
+    return replace(twists, frame_ids=np.array(frames, object))
+
+
+# Where it starts ------------------------------------------------------------------------------------------------------
+
+
+def _start(
+    recording: Recording, scene: Scene, pose: str, poses: Messages, twists: Messages | None, asked: str | None
+) -> tuple[int, State | None, str]:
+    """Index of the pose to start with, the state there (None: the scene's), and a sentence about it."""
+    at = f"the first pose, stamped {timing.seconds(int(poses.stamp_ns[0]))}"
+    if asked == SCENE:
+        return 0, None, f"Starts from the scene's initial state, as asked for, at {at}."
+    if asked is None and _begins_with(scene, poses, twists):
+        return 0, None, f"Starts from the scene's initial state, at {at}."
+    first = _first_with_twist(poses, twists)
+    if first is None or twists is None:
+        raise BagError(
+            f"{recording.path}: begins after the start, and no twist of the body tells the velocities at the first "
+            f"pose of {pose}; give --start scene, or a scene with them in initial.*"
+        )
+    index, twist = first
+    state = _state(recording, scene, poses, index, twists, twist)
+    at = timing.seconds(int(poses.stamp_ns[index]))
+    why = "as asked for" if asked else "the bag begins after the scene's initial state"
+    return index, state, f"Starts from the recorded pose and twist stamped {at}: {why}."
+
+
+def _begins_with(scene: Scene, poses: Messages, twists: Messages | None) -> bool:
+    """Whether the first pose is the scene's initial state, or in lockstep the answer to the first command."""
+    if scene["lockstep"]:
+        step = int(timing.nearest_steps(poses.stamp_ns[:1], scene["rate"])[0])
+        return step in (0, scene["steps_per_command"])
+    motion = np.array(Simulation.from_scene(scene).motion)
+    there = np.abs(poses.values[0, :3] - motion[:3]).max() <= SAME_START * max(1.0, np.abs(motion[:3]).max())
+    there = there and angles(poses.values[:1, 3:7], motion[None, 3:7])[0] <= SAME_START
+    if not there or twists is None:
+        return bool(there)
+    same = np.flatnonzero(twists.stamp_ns == poses.stamp_ns[0])
+    expected = motion[13:19] if _last(twists.frame_ids, same) == scene["body.frame_id"] else motion[7:13]
+    return not len(same) or bool(np.abs(twists.values[same[-1]] - expected).max() <= SAME_START)
+
+
+def _last(frame_ids: NDArray[np.object_], same: Integers) -> str:
+    return frame_ids[same[-1]].removeprefix("/") if len(same) else ""
+
+
+def _first_with_twist(poses: Messages, twists: Messages | None) -> tuple[int, int] | None:
+    """Indices of the first pose and twist of one stamp."""
+    if twists is None:
+        return None
+    _, pose, twist = np.intersect1d(poses.stamp_ns, twists.stamp_ns, return_indices=True)
+    return (int(pose[0]), int(twist[0])) if len(pose) else None
+
+
+def _state(recording: Recording, scene: Scene, poses: Messages, index: int, twists: Messages, twist: int) -> State:
+    values, frame = poses.values[index].tolist(), twists.frame_ids[twist].removeprefix("/")
+    orientation, velocity, w = values[3:7], twists.values[twist, :3].tolist(), twists.values[twist, 3:].tolist()
+    if frame not in (scene["body.frame_id"], scene["world_frame_id"]):
+        raise BagError(
+            f"{recording.path}: twists are in frame {frame!r}; the scene knows {scene['body.frame_id']!r} and "
+            f"{scene['world_frame_id']!r}"
+        )
+    try:
+        orientation = rotation.normalize(orientation)
+        if frame == scene["body.frame_id"]:
+            velocity = rotation.rotate(orientation, velocity).tolist()
+        else:
+            w = rotation.rotate_back(orientation, w).tolist()
+        return State(values[:3], orientation, velocity, w)
+    except ValueError as reason:
+        raise BagError(f"{recording.path}: cannot start from the recorded pose and twist: {reason}") from None
+
+
+# Commands -------------------------------------------------------------------------------------------------------------
+
+
+def _by_time(
+    recording: Recording,
+    scene: Scene,
+    names: Sequence[str],
+    poses: Messages | None,
+    asked: str | None,
+    notes: list[str],
+) -> Commands:
+    """In the order in which they took effect, with times as in the poses' stamps."""
+    chosen, times_ns, longest_ns = [], [], scene["wrench.timeout"] * NANOSECONDS or math.inf
+    for name in names:
+        messages = recording.wrenches[name]
+        times = timing.of_commands(messages, poses, asked)
+        notes += [_told(name, times), timing.oddities(f"Times of {name}", times.ns, longest_ns)]
+        order = timing.order(recording.path, name, times.ns, "choose --times receive, or cut the bag there")
+        chosen.append(_chosen(messages, order))
+        times_ns.append(times.ns[order])
+    return _merged(names, chosen, times_ns)
+
+
+def _since(epoch_ns: int, commands: Commands) -> Commands:
+    return replace(commands, time_ns=commands.time_ns - epoch_ns)
+
+
+def _told(name: str, times: timing.Times) -> str:
+    return f"Commands on {name} take effect at {times.source}."
+
+
+def _in_lockstep(
+    recording: Recording, names: Sequence[str], scene: Scene, start: Messages | None, notes: list[str]
+) -> Commands:
+    """In the order in which they were received; of a bag that begins late, those after its first pose."""
+    if names:
+        notes.append(
+            f"Lockstep: each command on {names[0]} advances the simulation by {scene['steps_per_command']} steps, "
+            "in the order in which they were received."
+        )
+    given = [recording.wrenches[name] for name in names]
+    merged = _merged(names, given, [messages.receive_ns for messages in given])
+    if start is None:
+        return merged
+    return merged.part(merged.time_ns > start.receive_ns[0])
+
+
+def _merged(names: Sequence[str], given: Sequence[Messages], times_ns: Sequence[Integers]) -> Commands:
+    if not names:
+        return Commands(
+            (), *(np.zeros(shape, kind) for shape, kind in ((0, int), (0, int), ((0, 6), float), (0, object)))
+        )
+    time_ns = np.concatenate(times_ns)
+    order = np.argsort(time_ns, kind="stable")
+    topic = np.repeat(np.arange(len(given)), [len(messages) for messages in given])
+    values = np.concatenate([messages.values for messages in given])
+    frame_ids = np.concatenate([messages.frame_ids for messages in given])
+    return Commands(tuple(names), topic[order], time_ns[order], values[order], frame_ids[order])
+
+
+def _chosen(messages: Messages, which: Integers | NDArray[np.bool_] | slice) -> Messages:
+    names = ("receive_ns", "stamp_ns", "values", "frame_ids", "child_ids")
+    return Messages(*(getattr(messages, name)[which] for name in names))
