@@ -163,6 +163,7 @@ def together(loads: tuple[tuple[int, LoadEffect], ...]) -> Acting:
     return acting
 
 
+@cache
 def _and(others: Acting, one: LoadEffect, slot: int) -> Acting:
     """The others, then each of one kind: ``model[slot]`` of them from ``model[slot + 1]`` on."""
     load_of, jacobian_of, kink_of, ringing_of, size = one.load, one.add_jacobian, one.passes_kink, one.ringing, one.size

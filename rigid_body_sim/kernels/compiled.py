@@ -7,6 +7,7 @@ results.
 
 import hashlib
 import os
+from collections import Counter
 from collections.abc import Callable, Sequence
 from functools import cache
 from pathlib import Path
@@ -51,7 +52,7 @@ _INNER_OPTIONS = {**_OPTIONS, "forceinline": True, "no_cpython_wrapper": True}
 _PLACE = hashlib.sha256(__file__.encode()).hexdigest()[:8]
 FOLDER, NO_FOLDER = kernel_cache.choose(f"kernels-{sources_digest()}-{_PLACE}") if ENABLED else (None, "")
 
-_inner: dict[str, Any] = {}  # by identity, what numba makes of each kernel
+_inner: list[tuple[str, Any]] = []  # identity of each kernel, and what numba makes of it; here it is kept alive
 
 
 def kernel(function: _Kernel) -> _Kernel:
@@ -66,13 +67,16 @@ def kernel(function: _Kernel) -> _Kernel:
         # A kernel is not compiled once more for each number that stands in a call of it.
         dispatcher.get_call_template = lambda args, kws: typed(tuple(map(numba.types.unliteral, args)), kws)
         function._numba_type_ = dispatcher._numba_type_  # type: ignore[attr-defined]  # where numba looks
-        _inner[kernel_cache.identity(function)] = dispatcher
+        _inner.append((kernel_cache.identity(function), dispatcher))
     return function
 
 
 def compilations() -> dict[str, int]:
     """How often each kernel was compiled in this process, as part of whatever was made ready."""
-    return {name: len(dispatcher.overloads) for name, dispatcher in _inner.items() if dispatcher.overloads}
+    counts: Counter[str] = Counter()
+    for name, dispatcher in _inner:
+        counts[name] += len(dispatcher.overloads)
+    return {name: count for name, count in counts.items() if count}
 
 
 @cache

@@ -10,7 +10,8 @@ from rigid_body_sim import Body, Scene, Simulation, State, Wrench
 from rigid_body_sim.effects import REGISTRY
 from rigid_body_sim.effects.base import LoadEffect, SeriesEffect
 from rigid_body_sim.integrators import substep
-from rigid_body_sim.kernels import motion
+from rigid_body_sim.kernels import kernel_cache, motion
+from rigid_body_sim.kernels.model import MOST_LOADS
 from rigid_body_sim.kernels.wrench import reduce_wrench
 from rigid_body_sim.scene import schema
 from rigid_body_sim.terms import Terms
@@ -198,6 +199,19 @@ def test_integrator_that_leaves_it_out_is_refused(effect):
     leaves_out = "rkmk4" if isinstance(effect, LoadEffect) else "exact"
     with pytest.raises(ValueError, match=f"'{leaves_out}' leaves out"):
         simulation(effect, effect.example, integrator=leaves_out)
+
+
+def test_loads_fit_into_the_model():
+    assert len(LOADS) <= MOST_LOADS
+
+
+def test_kernels_of_a_set_of_loads_are_made_once():
+    """numba knows a kernel by what it made of it: made anew, all would be compiled again."""
+    every = {name: value for effect in LOADS for name, value in given(effect, effect.example).items()}
+    one = given(LOADS[0], LOADS[0].example)
+    first, both = Terms(BODY, **one).kernels, Terms(BODY, **every).kernels
+    assert first is Terms(BODY, **one).kernels is not both
+    assert kernel_cache.identity(first.add_load) in kernel_cache.identity(both.add_load)
 
 
 def test_effect_that_is_not_known_is_named():
