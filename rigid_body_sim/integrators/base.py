@@ -6,29 +6,32 @@ from functools import cache
 
 from ..effects.base import NOTHING_ACTS
 from ..kernels.arrays import Floats
-from ..kernels.compiled import Steps, kernel
+from ..kernels.compiled import Steps
 from ..kernels.motion import Acting
 from ..kernels.state import SIZE, copy, is_finite
 from ..kernels.wrench import reduce_wrench
 from ..values.wrench import Wrench
 
 Step = Callable[[Acting, Floats, Floats, Floats, float], bool]
-Advance = Callable[[Step, Acting, Floats, Floats, Floats, float, int], int]
+Loop = Callable[[Step, Acting], Steps]
 
 BACKUP = 0  # in ``work``: the state before the step
 SCRATCH = SIZE  # in ``work``: where what is an integrator's own begins
 
 
-@kernel
-def advance(step: Step, acting: Acting, state: Floats, model: Floats, work: Floats, h: float, n: int) -> int:
-    """Up to n steps of h [s]; how many were done. A step that cannot be done leaves the state as it was before it."""
-    reduce_wrench(model)
-    for done in range(n):
-        copy(state, 0, work, BACKUP)
-        if not (step(acting, state, model, work, h) and is_finite(state, model)):
-            copy(work, BACKUP, state, 0)
-            return done
-    return n
+def step_by_step(step: Step, acting: Acting) -> Steps:
+    """The kernel that repeats ``step``; one that cannot be done leaves the state as it was before it."""
+
+    def steps(state: Floats, model: Floats, work: Floats, h: float, n: int) -> int:
+        reduce_wrench(model)
+        for done in range(n):
+            copy(state, 0, work, BACKUP)
+            if not (step(acting, state, model, work, h) and is_finite(state, model)):
+                copy(work, BACKUP, state, 0)
+                return done
+        return n
+
+    return steps
 
 
 @dataclass(frozen=True)
@@ -38,10 +41,10 @@ class Integrator:
     ``step(acting, state, model, work, h)`` is a kernel that advances the flat state (see kernels.state) in place by h
     [s] under the wrench held in ``model`` (see kernels.model) and, where ``resisted``, the loads of ``acting``. It
     returns False for a step that would need too much work; such a one, and one whose new state is not finite,
-    ``advance`` takes back. It is a pure function of its arguments: ``work`` is scratch space of ``work_size`` floats,
+    ``loop`` takes back. It is a pure function of its arguments: ``work`` is scratch space of ``work_size`` floats,
     its own from SCRATCH on, that carries nothing over.
 
-    With ``one_evaluation``, n steps are one evaluation over n h, by an ``advance`` of its own: a caller that always
+    With ``one_evaluation``, n steps are one evaluation over n h, by a ``loop`` of its own: a caller that always
     starts from the state at which the wrench last changed accumulates no error, and gets the same bits however the
     steps are divided into calls.
     """
@@ -55,7 +58,7 @@ class Integrator:
     reversible: bool = False  # with all momenta turned round, it goes back the way that it came, to round-off
     torque_free_only: bool = False  # needs a wrench that neither turns the body nor turns with it: see ``refusal``
     one_evaluation: bool = False
-    advance: Advance = advance
+    loop: Loop = step_by_step
     resisted: bool = False  # whether it takes drag and tethers into account
     adaptive: bool = False  # whether it keeps its error below rtol inside each step
 
@@ -77,11 +80,4 @@ class Integrator:
 @cache
 def steps_of(integrator: Integrator, acting: Acting) -> Steps:
     """The kernel ``steps(state, model, work, h, n)``: up to n steps of h [s] under loads, and how many were done."""
-    advance, step = integrator.advance, integrator.step
-    if not integrator.resisted:
-        acting = NOTHING_ACTS
-
-    def steps(state: Floats, model: Floats, work: Floats, h: float, n: int) -> int:
-        return advance(step, acting, state, model, work, h, n)
-
-    return steps
+    return integrator.loop(integrator.step, acting if integrator.resisted else NOTHING_ACTS)

@@ -5,7 +5,7 @@ turned since the wrench last changed, not on the number of steps.
 """
 
 from ..kernels.arrays import Floats
-from ..kernels.compiled import kernel
+from ..kernels.compiled import Steps, kernel
 from ..kernels.free_motion import WORK_SIZE as _TURN_SIZE
 from ..kernels.free_motion import turn_freely
 from ..kernels.model import MASS
@@ -18,22 +18,25 @@ _BACKUP = _TURN_SIZE  # the state before the steps
 WORK_SIZE = _BACKUP + SIZE
 
 
-@kernel
-def advance(step: Step, acting: Acting, state: Floats, model: Floats, work: Floats, h: float, n: int) -> int:
-    """In one evaluation of ``step`` over n h [s], or by bisection as many of the n steps as can be done."""
-    reduce_wrench(model)
-    copy(state, 0, work, _BACKUP)
-    done, too_many, trial = 0, n + 1, n
-    while True:
-        copy(work, _BACKUP, state, 0)
-        fits = trial == 0 or (step(acting, state, model, work, trial * h) and is_finite(state, model))
-        if fits and too_many - trial == 1:
-            return trial
-        if fits:
-            done = trial
-        else:
-            too_many = trial
-        trial = (done + too_many) // 2
+def at_once(step: Step, acting: Acting) -> Steps:
+    """The kernel that does n steps in one evaluation of ``step``, or by bisection as many of them as can be done."""
+
+    def steps(state: Floats, model: Floats, work: Floats, h: float, n: int) -> int:
+        reduce_wrench(model)
+        copy(state, 0, work, _BACKUP)
+        done, too_many, trial = 0, n + 1, n
+        while True:
+            copy(work, _BACKUP, state, 0)
+            fits = trial == 0 or (step(acting, state, model, work, trial * h) and is_finite(state, model))
+            if fits and too_many - trial == 1:
+                return trial
+            if fits:
+                done = trial
+            else:
+                too_many = trial
+            trial = (done + too_many) // 2
+
+    return steps
 
 
 @kernel
@@ -62,7 +65,7 @@ INTEGRATOR = Integrator(
     reversible=True,
     torque_free_only=True,
     one_evaluation=True,
-    advance=advance,
+    loop=at_once,
     text=(
         "Closed form of the motion without torque (Jacobi elliptic functions), for a force in world axes at most; any "
         "other wrench is refused. A run of any length is one evaluation, and its error does not depend on the rate."

@@ -72,7 +72,6 @@ def test_a_kernel_is_compiled_once(all_plans):
     counts, _, _ = all_plans
     assert len(counts) > 80  # measured 99
     assert [name for name, count in counts.items() if count != 1 and not takes_kernels(name)] == []
-    assert counts["rigid_body_sim.integrators.base.advance"] == 9 + 2 * 2  # a step kernel, and a set of loads
 
 
 def takes_kernels(name):
