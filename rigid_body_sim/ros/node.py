@@ -31,7 +31,7 @@ class RigidBodyNode(Node):
     are due and gives the time left to the executor, so commands arrive between two steps and need no lock.
     """
 
-    def __init__(self, given: Mapping[str, Any] = MappingProxyType({}), **node_arguments):
+    def __init__(self, given: Mapping[str, Any] = MappingProxyType({}), **node_arguments: Any):
         super().__init__("rigid_body_node", **node_arguments)
         self._is_default = not parameters.all_given(self, given)
         self.scene = parameters.declare(self, given)
@@ -139,8 +139,9 @@ class RigidBodyNode(Node):
         return text
 
     def _quit(self) -> None:
-        """End as on SIGTERM. Services are served in ``run`` alone, which has set what to ask."""
-        self._stop.requested = True
+        """End as on SIGTERM."""
+        if self._stop is not None:  # services are served in ``run`` alone, which sets it
+            self._stop.requested = True
 
     def _take(self, scene: Scene) -> None:
         """Go on with the dynamic parameters of ``scene``. Raises ValueError, and changes nothing, when it cannot be."""

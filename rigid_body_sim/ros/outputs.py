@@ -5,13 +5,14 @@ A quaternion is w, x, y, z inside and x, y, z, w in messages: the order changes 
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
 from geometry_msgs.msg import AccelStamped, PoseStamped, TransformStamped, TwistStamped, WrenchStamped
 from rclpy.event_handler import PublisherEventCallbacks, QoSPublisherMatchedInfo, UnsupportedEventTypeError
 from rclpy.node import Node
+from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.qos_overriding_options import QoSOverridingOptions
 from rclpy.serialization import serialize_message
@@ -197,7 +198,8 @@ def _marker(scene: Scene, simulation: Simulation) -> Output:
     return Output("marker", message, _pose_of("pose") + _vector("scale"), values)
 
 
-_SHAPES = {  # kind of marker and its size along the axes, from the dimensions
+# Kind of marker and its size along the axes, from the dimensions.
+_SHAPES: dict[str, tuple[str, Callable[..., Numbers]]] = {
     "sphere": ("SPHERE", lambda r: (2 * r, 2 * r, 2 * r)),
     "hollow_sphere": ("SPHERE", lambda r, _: (2 * r, 2 * r, 2 * r)),
     "ellipsoid": ("SPHERE", lambda x, y, z: (2 * x, 2 * y, 2 * z)),
@@ -282,18 +284,17 @@ class Channel:
         if reason:
             node.get_logger().info(f"topic {output.topic} is published field by field: {reason}")
 
-    def _create(self, node: Node) -> Any:
+    def _create(self, node: Node) -> Publisher:
         overridable = QoSOverridingOptions.with_default_policies()
         durability = DurabilityPolicy.TRANSIENT_LOCAL if self._keep else DurabilityPolicy.VOLATILE
         profile = QoSProfile(depth=1 if self._keep else self.output.depth, durability=durability)
-        options = {"qos_profile": profile, "qos_overriding_options": overridable}
         kind, topic = type(self.output.message), self.output.topic
+        create = partial(node.create_publisher, kind, topic, profile, qos_overriding_options=overridable)
         try:
-            events = PublisherEventCallbacks(matched=self._on_matched)
-            return node.create_publisher(kind, topic, event_callbacks=events, **options)
+            return create(event_callbacks=PublisherEventCallbacks(matched=self._on_matched))
         except UnsupportedEventTypeError:
             self._told = False
-            return node.create_publisher(kind, topic, **options)
+            return create()
 
     def _on_matched(self, event: QoSPublisherMatchedInfo) -> None:
         self._note(event.current_count)
@@ -359,7 +360,7 @@ class Outputs:
         """Send the clock alone."""
         for channel in self._wanted:
             if not channel.output.fields:
-                channel.publish(stamp_ns, None)
+                channel.publish(stamp_ns, Motion(self._simulation))
 
     def publish(self, stamp_ns: int) -> None:
         """Send the present motion to everybody who listens, all with the same stamp [ns]."""
