@@ -28,7 +28,7 @@ html_title = f"{project} {release}"
 html_copy_source = False
 
 myst_heading_anchors = 3  # links to headings, as GitHub makes them
-smartquotes = False  # ω' is a derivative
+smartquotes_action = "D"  # dashes alone: the quote of ω' is a derivative
 autodoc_default_options = {"members": True}
 autodoc_member_order = "bysource"
 autodoc_typehints = "signature"
