@@ -42,7 +42,7 @@ class Motion:
         return self._values[0:3]
 
     @property
-    def q(self) -> Numbers:
+    def q_world_body(self) -> Numbers:
         """Quaternion w, x, y, z, body → world."""
         return self._values[3:7]
 
@@ -70,12 +70,12 @@ class Motion:
     @property
     def acceleration_body(self) -> Numbers:
         """Acceleration of the body frame's origin relative to the world and dω/dt, body axes, 6 numbers."""
-        return *qrotate_back(*self.q, *self.acceleration[0:3]), *self.acceleration[3:6]
+        return *qrotate_back(*self.q_world_body, *self.acceleration[0:3]), *self.acceleration[3:6]
 
     @property
     def acceleration_world(self) -> Numbers:
         """The same in world axes."""
-        return *self.acceleration[0:3], *qrotate(*self.q, *self.acceleration[3:6])
+        return *self.acceleration[0:3], *qrotate(*self.q_world_body, *self.acceleration[3:6])
 
     @property
     def inertial(self) -> Numbers:
@@ -84,17 +84,17 @@ class Motion:
         Specific force is acceleration less that of free fall: what an accelerometer shows, REP-145.
         """
         specific = np.subtract(self.acceleration[0:3], self.simulation.gravity).tolist()
-        return *self.pose[3:7], *self.twist_body[3:6], *qrotate_back(*self.q, *specific)
+        return *self.pose[3:7], *self.twist_body[3:6], *qrotate_back(*self.q_world_body, *specific)
 
     @property
     def wrench(self) -> Numbers:
         """The held wrench as force and torque about the body frame's origin, body axes, 6 numbers."""
-        return self.simulation.wrench.about_origin(self.q, self.simulation.body.center_of_mass.tolist())
+        return self.simulation.wrench.about_origin(self.q_world_body, self.simulation.body.center_of_mass.tolist())
 
-    def placed(self, point: Sequence[float], q: Sequence[float]) -> Numbers:
-        """Pose of something fixed to the body, whose pose in the body frame is that, 7 numbers."""
-        position = map(sum, zip(self.position, qrotate(*self.q, *point), strict=True))
-        w, x, y, z = qmultiply(*self.q, *q)
+    def placed(self, point_body: Sequence[float], q_body_thing: Sequence[float]) -> Numbers:
+        """Pose in the world of a thing fixed to the body, whose pose in the body frame is that, 7 numbers."""
+        position = map(sum, zip(self.position, qrotate(*self.q_world_body, *point_body), strict=True))
+        w, x, y, z = qmultiply(*self.q_world_body, *q_body_thing)
         return *position, x, y, z, w
 
 

@@ -74,7 +74,7 @@ class Listener(Node):
         return (next(reversed(self.orientations)) - next(iter(self.orientations))) / NANOSECONDS
 
     def latest(self) -> tuple[float, ...]:
-        """Orientation (w, x, y, z) of the last pose heard."""
+        """Orientation (w, x, y, z), body → world, of the last pose heard."""
         return next(reversed(self.orientations.values()))
 
     def recording(self) -> Recording:
