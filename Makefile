@@ -6,6 +6,7 @@ VENV := .venv
 LINT := .venv-lint
 COLCON := .venv-colcon
 ASV := .venv-asv
+DOCS := .venv-docs
 SAMPLE ?= 0
 COMMITS ?= HEAD^!
 QUICK ?=
@@ -18,7 +19,7 @@ COUNTED := $(VENV)/bin/python -m pytest --cov --cov-append --cov-report=
 # A sourced ROS brings its own rclpy. The .venv differs with whose rclpy it has, so the stamps differ too.
 READY := $(VENV)/.ready-$(if $(AMENT_PREFIX_PATH),ros-$(ROS_DISTRO),pypi-$(ROS_WHEELS))
 
-.PHONY: help venv demo test coverage mutation fuzz nightly bench bench-history bench-node report docs lint build clean
+.PHONY: help venv demo test coverage mutation fuzz nightly bench bench-history bench-node report docs docs-html lint build clean
 
 help: ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/make \1\t\2/p' $(MAKEFILE_LIST)
@@ -73,6 +74,9 @@ report: $(READY) ## measure error against run time and draw it, into rigid_body_
 docs: $(READY) ## write the tables in docs/ anew from the code
 	@$(VENV)/bin/python -m bench.doc_tables
 
+docs-html: $(DOCS)/.ready ## build docs/ and the Python reference as web pages, into build/docs
+	$(DOCS)/bin/sphinx-build -W --keep-going -E -a -q -b html -d build/docs-cache docs build/docs
+
 lint: $(LINT)/.ready ## check format, style, types, spelling, YAML and XML
 	$(LINT)/bin/ruff format --check .
 	$(LINT)/bin/ruff check .
@@ -88,7 +92,7 @@ build: $(COLCON)/.ready ## build with colcon, into build/colcon
 venv: $(READY) ## set up .venv
 
 clean: ## remove everything that make made
-	rm -rf $(VENV) $(LINT) $(COLCON) $(ASV) build dist *.egg-info .pytest_cache .ruff_cache .mypy_cache .hypothesis .coverage*
+	rm -rf $(VENV) $(LINT) $(COLCON) $(ASV) $(DOCS) build dist *.egg-info .pytest_cache .ruff_cache .mypy_cache .hypothesis .coverage*
 	rm -rf rigid_body_demo.png rigid_body_report
 	find rigid_body_sim bench test -name __pycache__ -prune -exec rm -rf {} +
 
@@ -130,6 +134,13 @@ $(LINT)/.ready: .pre-commit-config.yaml
 	@$(PYTHON) -m venv --clear $(LINT)
 	@$(LINT)/bin/python -m pip install --quiet --disable-pip-version-check \
 		$$(grep -o '[a-z-]*\(\[[a-z]*\]\)\?==[0-9.]*' .pre-commit-config.yaml | sort -u)
+	@touch $@
+
+$(DOCS)/.ready: docs/requirements.txt
+	@$(check_python)
+	@echo "Setting up $(DOCS) (once) ..."
+	@$(PYTHON) -m venv --clear $(DOCS)
+	@$(DOCS)/bin/python -m pip install --quiet --disable-pip-version-check -r docs/requirements.txt
 	@touch $@
 
 # setuptools is named because a new venv no longer has it, and colcon runs setup.py with it.

@@ -9,6 +9,7 @@ import statistics
 import sys
 import time
 from collections.abc import Callable, Sequence
+from typing import Any
 
 import rclpy
 from geometry_msgs.msg import WrenchStamped
@@ -55,7 +56,7 @@ def publish_costs(channel: Channel, node: Node, motion: Motion) -> list[float]:
     )
 
 
-def receive_cost(node: Node, data: bytes, raw: bool, read: Callable[[object], object]) -> float:
+def receive_cost(node: Node, data: bytes, raw: bool, read: Callable[[Any], object]) -> float:
     """CPU time [µs] in ``spin_once`` for one WrenchStamped, taken raw or typed and then read: median."""
     receiver, read_count = Node(f"receiver_{'raw' if raw else 'typed'}"), [0]
 

@@ -3,32 +3,22 @@
 import importlib
 from typing import TYPE_CHECKING, Any
 
-if TYPE_CHECKING:
-    from .effects.drag import Drag
-    from .effects.tether import Tether
-    from .scene.loader import Scene, load_scene
-    from .simulation import Simulation, SimulationError, Snapshot
-    from .values.body import Body
-    from .values.state import BodyState, State
-    from .values.wrench import Wrench
+if TYPE_CHECKING:  # what type checkers see of _HOMES; a test compares the two
+    from .effects.drag import Drag as Drag
+    from .effects.tether import Tether as Tether
+    from .scene.loader import Scene as Scene
+    from .scene.loader import load_scene as load_scene
+    from .simulation import Simulation as Simulation
+    from .simulation import SimulationError as SimulationError
+    from .simulation import Snapshot as Snapshot
+    from .values.body import Body as Body
+    from .values.state import BodyState as BodyState
+    from .values.state import State as State
+    from .values.wrench import Wrench as Wrench
 
 __version__ = "0.1.0"
 
-__all__ = [
-    "Body",
-    "BodyState",
-    "Drag",
-    "Scene",
-    "Simulation",
-    "SimulationError",
-    "Snapshot",
-    "State",
-    "Tether",
-    "Wrench",
-    "load_scene",
-]
-
-_HOMES = {
+_HOMES = {  # of each public name
     "Body": "values.body",
     "BodyState": "values.state",
     "Drag": "effects.drag",
@@ -41,6 +31,7 @@ _HOMES = {
     "Wrench": "values.wrench",
     "load_scene": "scene.loader",
 }
+__all__ = [*_HOMES]
 
 
 def __getattr__(name: str) -> Any:

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 import yaml
 
+import rigid_body_sim
 from bench import doc_tables
 from rigid_body_sim import Scene, __version__, load_scene
 
@@ -41,6 +42,18 @@ def test_links_inside_the_project_lead_somewhere(page):
     for target in re.findall(r"\]\(([^)#\s]+)", page.read_text(encoding="utf-8")):
         if "://" not in target:
             assert (page.parent / target).exists(), f"{page.name} links to {target}"
+
+
+@pytest.mark.parametrize("package", ["values", "mass", "effects", "integrators", "theory"])
+def test_reference_has_every_module(package):
+    page = (ROOT / "docs" / "api" / f"{package}.rst").read_text(encoding="utf-8")
+    names = {path.stem for path in (ROOT / "rigid_body_sim" / package).glob("*.py")} - {"__init__"}
+    assert set(re.findall(rf"^.. automodule:: rigid_body_sim\.{package}\.(\w+)$", page, re.M)) == names
+
+
+def test_reference_has_every_public_name():
+    page = (ROOT / "docs" / "api" / "public.rst").read_text(encoding="utf-8")
+    assert sorted(re.findall(r"^.. auto\w+:: (\w+)$", page, re.M)) == sorted(rigid_body_sim.__all__)
 
 
 def blocks(language):

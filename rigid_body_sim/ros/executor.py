@@ -1,16 +1,19 @@
 """The executor that costs least, and the time that a loop gives it."""
 
+import contextlib
 import time
+from collections.abc import Callable
 
 from rclpy.executors import Executor, SingleThreadedExecutor
 from rclpy.node import Node
 
-try:
-    from rclpy.experimental import EventsExecutor
-except ImportError:  # rclpy before 7.1.4
-    EventsExecutor = None
-
 from .pacing import NANOSECONDS
+
+_make_executor: Callable[..., Executor] = SingleThreadedExecutor
+with contextlib.suppress(ImportError):  # rclpy before 7.1.4
+    from rclpy.experimental import EventsExecutor
+
+    _make_executor = EventsExecutor
 
 UNSERVED_NS = NANOSECONDS // 2000
 
@@ -20,7 +23,7 @@ def executor_for(node: Node) -> Executor:
 
     EventsExecutor where rclpy has it, at a tenth of the cost of the other. Its ``spin()`` hangs in rclpy 7.1.6.
     """
-    executor = (EventsExecutor or SingleThreadedExecutor)(context=node.context)
+    executor = _make_executor(context=node.context)
     executor.add_node(node)
     return executor
 

@@ -18,7 +18,7 @@ class FrameTurns:
     over to another frame stays there, and what two senders mix goes back and forth, however often each of them sends.
     """
 
-    def __init__(self, scene: Scene, topic: str, warn: Callable[[str], None]):
+    def __init__(self, scene: Scene, topic: str, warn: Callable[[str], object]):
         self._scene, self._topic, self._warn = scene, topic, warn
         timeout = scene["wrench.timeout"]
         self._held = steps_held(timeout, scene["rate"]) if timeout else math.inf

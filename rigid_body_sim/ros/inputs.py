@@ -7,9 +7,13 @@ from collections.abc import Callable
 
 from geometry_msgs.msg import PoseStamped, TwistStamped, WrenchStamped
 from rclpy.node import Node
+from rclpy.publisher import Publisher
 from rclpy.qos_overriding_options import QoSOverridingOptions
+from rclpy.subscription import Subscription
 
+from ..kernels.arrays import Vector
 from ..scene import commands
+from ..scene.commands import NOT_FINITE, RefusedError
 from ..scene.loader import Scene
 from ..simulation import IntegratorError
 from ..values import rotation
@@ -18,7 +22,6 @@ from ..values.state import State
 from . import messages
 from .frame_turns import FrameTurns
 from .loop import Loop
-from .messages import RefusedError
 from .wrench_reader import WrenchReader
 
 QUEUE = 10
@@ -106,7 +109,7 @@ class Inputs:
             except IntegratorError as reason:
                 raise RefusedError(messages.NOT_FOR_INTEGRATOR, str(reason)) from None
             except ValueError as reason:  # its sum with what other sources hold
-                raise RefusedError(messages.NOT_FINITE, str(reason)) from None
+                raise RefusedError(NOT_FINITE, str(reason)) from None
             steps = self._simulation.steps
             turns.note(reader.frame, steps - self._steps.get(topic, -math.inf))
             self._steps[topic] = steps
@@ -128,7 +131,7 @@ class Inputs:
         try:
             self._simulation.apply_impulse(impulse)
         except ValueError as reason:
-            raise RefusedError(messages.NOT_FINITE, str(reason)) from None
+            raise RefusedError(NOT_FINITE, str(reason)) from None
         self._loop.on_changed_state()
 
     def _on_set_pose(self, data: bytes) -> None:
@@ -153,7 +156,8 @@ class Inputs:
         usual = body if self._scene["twist_frame"] == "body" else world
         frame = messages.check_frame("set_twist", message.header.frame_id, {body, world}) or usual
         v, w, now = message.twist.linear, message.twist.angular, self._simulation.state
-        velocity, w_body = (v.x, v.y, v.z), (w.x, w.y, w.z)
+        velocity: Vector = (v.x, v.y, v.z)
+        w_body: Vector = (w.x, w.y, w.z)
         with messages.refusing("set_twist"):
             if frame == body:
                 velocity = rotation.rotate(now.orientation, velocity)
@@ -191,7 +195,8 @@ def _check_topic(node: Node, topic: str) -> None:
             f"parameter wrench.topics: {shown(topic)} cannot be the name of a topic; "
             "give letters, digits and '_', no digit first, with '/' between namespaces"
         ) from None
-    if name in {end.topic_name for end in (*node.subscriptions, *node.publishers)}:
+    ends: list[Publisher | Subscription] = [*node.publishers, *node.subscriptions]
+    if name in {end.topic_name for end in ends}:
         raise ValueError(
             f"parameter wrench.topics: {shown(topic)} is {name}, which this node uses already; give each source "
             "a topic of its own"

@@ -45,7 +45,7 @@ class Loop:
     a step cannot be done.
     """
 
-    def __init__(self, scene: Scene, simulation: Simulation, outputs: Outputs, complain: Callable[[str], None]):
+    def __init__(self, scene: Scene, simulation: Simulation, outputs: Outputs, complain: Callable[[str], object]):
         self.simulation = simulation
         self.failure = ""
         self.paused = scene["start_paused"]

@@ -5,16 +5,20 @@ The network is asked in the report, once a second, and never in the loop.
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import partial
-from typing import Any
 
 from rcl_interfaces.srv import GetParameters
+from rclpy.client import Client
 from rclpy.node import Node
 from rclpy.qos import QoSCompatibility, qos_check_compatible
+from rclpy.subscription import Subscription
+from rclpy.task import Future
 from rclpy.topic_endpoint_info import TopicEndpointInfo
 
 from ..scene.loader import Scene
+from .inputs import Input
 from .loop import Loop
 from .messages import type_name
+from .outputs import Channel
 
 PATIENCE = 5  # looks without a command in lockstep, one a second
 UNKNOWN = "_NODE_NAME_UNKNOWN_"  # what the middleware says until it has heard whose a publisher is
@@ -29,19 +33,19 @@ class Neighbours:
         node: Node,
         scene: Scene,
         loop: Loop,
-        inputs: Sequence[Any],
-        outputs: Sequence[Any],
+        inputs: Sequence[Input],
+        outputs: Sequence[Channel],
         refused: Callable[[], int] = lambda: 0,
     ):
         self._node, self._scene, self._loop = node, scene, loop
-        self._warn: Callable[[str], None] = node.get_logger().warning
+        self._warn = node.get_logger().warning
         self._inputs = {each.end.topic_name: each.end for each in inputs}
         self._mixed = [each.end.topic_name for each in outputs if each.output.topic not in SHARED]
         self._tf = next((each.end.topic_name for each in outputs if each.output.topic == "/tf"), None)
         self._lead = node.resolve_topic_name(scene["wrench.topics"][0])
         self._outputs = {each.end.topic_name: each.end for each in outputs}
         self._told: set[tuple[str, ...]] = set()
-        self._asked: dict[str, Any] = {}  # clients, by the names of nodes that publish on /tf
+        self._asked: dict[str, Client] = {}  # clients, by the names of nodes that publish on /tf
         self._namesakes = 0
         self._waited, self._still = 0, (-1, False)
         self._refused, self._refused_before = refused, 0
@@ -51,8 +55,8 @@ class Neighbours:
         self._tell_namesakes()
         for topic, end in self._inputs.items():
             self._tell_lost(topic, end, type_name(end.msg_type))
-        for topic, end in self._outputs.items():
-            self._tell_deaf(topic, type_name(end.msg_type))
+        for topic, publisher in self._outputs.items():
+            self._tell_deaf(topic, type_name(publisher.msg_type))
         for topic in self._mixed:
             self._tell_who_mixes(topic)
         if self._tf is not None:
@@ -86,7 +90,7 @@ class Neighbours:
             )
         self._namesakes = others
 
-    def _tell_lost(self, topic: str, own: Any, kind: str) -> None:
+    def _tell_lost(self, topic: str, own: Subscription, kind: str) -> None:
         """A message of another type, or with a QoS that does not fit, reaches nobody.
 
         Fast DDS has no two types on one topic, so that it cannot be taken.
@@ -137,7 +141,7 @@ class Neighbours:
                 answer = client.call_async(GetParameters.Request(names=["body.frame_id"]))
                 answer.add_done_callback(partial(self._compare_frame, name))
 
-    def _compare_frame(self, name: str, answer: Any) -> None:
+    def _compare_frame(self, name: str, answer: Future) -> None:
         own = self._scene["body.frame_id"]
         if [value.string_value for value in answer.result().values] == [own]:
             self._once(

@@ -12,7 +12,7 @@ from rclpy.qos_overriding_options import QoSOverridingOptions
 
 from ..bags.recorder import Recorder
 from ..scene.loader import Scene
-from . import diagnostics, messages, parameters, realtime, recording, services, standard_services
+from . import messages, parameters, realtime, recording, services, standard_services
 from .executor import IdleTime, executor_for
 from .inputs import Inputs
 from .loop import Loop
@@ -20,6 +20,7 @@ from .neighbours import Neighbours
 from .outputs import Outputs
 from .pacing import NANOSECONDS
 from .program import StopRequest
+from .reporter import Reporter
 
 QUEUE = 10
 
@@ -34,7 +35,7 @@ class RigidBodyNode(Node):
 
     _recorder: Recorder | None = None  # also of a node whose start fails: rclpy 9 destroys that, too, at shutdown
 
-    def __init__(self, given: Mapping[str, Any] = MappingProxyType({}), **node_arguments):
+    def __init__(self, given: Mapping[str, Any] = MappingProxyType({}), **node_arguments: Any):
         super().__init__("rigid_body_node", **node_arguments)
         self._is_default = not parameters.all_given(self, given)
         self.scene = parameters.declare(self, given)
@@ -44,7 +45,7 @@ class RigidBodyNode(Node):
         self.simulation = recording.simulation_of(self.scene)
         self._outputs = Outputs(self, self.scene, self.simulation)
         self.loop = Loop(self.scene, self.simulation, self._outputs, self.get_logger().error)
-        self._diagnostics_publisher = self.create_publisher(
+        health = self.create_publisher(
             DiagnosticArray, "/diagnostics", QUEUE, qos_overriding_options=QoSOverridingOptions.with_default_policies()
         )
         self._inputs = Inputs(self, self.scene, self.loop)
@@ -53,32 +54,18 @@ class RigidBodyNode(Node):
         parameters.refuse_undeclared(self)
         self._changes = parameters.Changes(self, self.scene, self._take)
         inputs, outputs = self._inputs.inputs, self._outputs.channels
-        self._neighbours = Neighbours(self, self.scene, self.loop, inputs, outputs, self._inputs.refused.total)
+        neighbours = Neighbours(self, self.scene, self.loop, inputs, outputs, self._inputs.refused.total)
         # After all that may refuse to start, so that no bag is left behind.
         self._recorder = recording.start(self, self.scene, self.loop, [*self._outputs.channels, *self._inputs.inputs])
-        self._told_of_recording: set[str] = set()
-        self._report_due_ns = time.monotonic_ns() + NANOSECONDS
-        self._last_reading = self._reading()
-        self._plans_told: set[str] = set()
+        self._reporter = Reporter(self, health, self.loop, self._inputs, neighbours, self._recorder)
         self._stop: StopRequest | None = None
 
     def destroy_node(self) -> None:
         """Close the bag, and leave the network."""
         if self._recorder is not None:
             self._recorder.close()
-            self._tell_of_recording()
+            self._reporter.tell_of_recording()
         super().destroy_node()
-
-    def _tell_of_recording(self) -> None:
-        """Log, each sentence once, that the recorder has stopped, or that a message was too large for it."""
-        if (recorder := self._recorder) is None:
-            return
-        new = {recorder.too_large, recorder.failure} - self._told_of_recording - {""}
-        self._told_of_recording |= new
-        if recorder.too_large in new:
-            self.get_logger().warning(recorder.too_large)
-        if recorder.failure in new:
-            self.get_logger().error(recorder.failure)
 
     def _epoch_ns(self) -> int:
         """Stamp of simulated time zero: zero where this node makes the time or repeats to the bit, else now."""
@@ -100,9 +87,11 @@ class RigidBodyNode(Node):
         gc.collect()
         gc.freeze()  # what exists now stays; the collector need not look at it again while the loop runs
         self._outputs.count_listeners()
-        self._tell_ready()
-        self._last_reading = self._reading()
-        loop, monotonic_ns = self.loop, time.monotonic_ns
+        if self._is_default:
+            self.get_logger().info("no parameters were given: simulating the default body")
+        self._reporter.tell_ready()
+        self._reporter.count_afresh()
+        loop, reporter, monotonic_ns = self.loop, self._reporter, time.monotonic_ns
         loop.start(self._epoch_ns)  # last: all that is done from here on makes the first steps late
         if self._recorder is not None:
             recording.begin(self._recorder, self.scene, loop)
@@ -110,20 +99,12 @@ class RigidBodyNode(Node):
         while not stop.requested:
             loop.turn()
             now_ns = monotonic_ns()
-            if now_ns >= self._report_due_ns:
-                self._report(now_ns)
+            if now_ns >= reporter.due_ns:
+                reporter.report(now_ns)
             try:
                 idle_time.spend(now_ns, loop.idle_ns(now_ns))
             except ValueError as reason:  # from a service of rclpy's own: a parameter of a type that does not exist
                 self.get_logger().error(f"request ignored: {reason}")
-
-    def _tell_ready(self) -> None:
-        """Before time is counted: the first log of rclpy's takes 70 ms, of which some would slip."""
-        if self._is_default:
-            self.get_logger().info("no parameters were given: simulating the default body")
-        manner = f"{', lockstep' if self.loop.lockstep else ''}{', paused' if self.loop.paused else ''}"
-        self.get_logger().info(f"ready: {self.simulation.describe()}{manner}")
-        self._plans_told.add(self.simulation.integrator.name)
 
     def _be_prompt(self) -> None:
         realtime.set_timer_slack()
@@ -138,65 +119,21 @@ class RigidBodyNode(Node):
             self._inputs.forget()
         else:
             self._inputs.on_time_moved(self.simulation.steps - before)
-        self._last_reading = self._reading()
+        self._reporter.count_afresh()
         return text
 
     def _quit(self) -> None:
-        """End as on SIGTERM. Services are served in ``run`` alone, which has set what to ask."""
-        self._stop.requested = True
+        """End as on SIGTERM."""
+        if self._stop is not None:  # services are served in ``run`` alone, which sets it
+            self._stop.requested = True
 
     def _take(self, scene: Scene) -> None:
         """Go on with the dynamic parameters of ``scene``. Raises ValueError, and changes nothing, when it cannot be."""
         terms, factor = scene.terms(), scene["real_time_factor"]
         if terms != self.scene.terms():
             self.simulation.change(**terms.dynamic())
-            self._plans_told.clear()
-            self._tell_plan()
+            self._reporter.tell_new_plan()
         if factor != self.scene["real_time_factor"]:
             self.loop.set_factor(factor)
         self._inputs.set_limits(scene)
         self.scene = scene
-
-    def _tell_plan(self) -> None:
-        """Log the plan when it is one that was not told yet."""
-        if self.simulation.integrator.name not in self._plans_told:
-            self._plans_told.add(self.simulation.integrator.name)
-            self.get_logger().info(f"plan: {self.simulation.plan}")
-
-    def _reading(self) -> diagnostics.Reading:
-        pacer, inputs = self.loop.pacer, self._inputs
-        return diagnostics.Reading(
-            time.monotonic_ns(),
-            self.simulation.steps,
-            pacer.slipped_ns,
-            pacer.take_latest_ns(),
-            pacer.lateness.take_p99_ns(),
-            inputs.refused.copy(),
-            inputs.limited,
-            self._recording(),
-        )
-
-    def _recording(self) -> diagnostics.Recording:
-        if (recorder := self._recorder) is None:
-            return diagnostics.Recording()
-        return diagnostics.Recording(recorder.recorded, recorder.dropped, recorder.failure)
-
-    def _report(self, now_ns: int) -> None:
-        reading = self._reading()
-        status = diagnostics.status(
-            f"{self.get_fully_qualified_name()}: simulation",
-            self.simulation,
-            self._last_reading,
-            reading,
-            mode=self.loop.mode,
-            failure=self.loop.failure,
-            ages=self._inputs.ages,
-        )
-        report = DiagnosticArray(status=[status])
-        messages.stamp(report.header, self.get_clock().now().nanoseconds)
-        self._diagnostics_publisher.publish(report)
-        self._tell_plan()
-        self._tell_of_recording()
-        self._neighbours.look()
-        self._last_reading = reading
-        self._report_due_ns = now_ns + NANOSECONDS

@@ -5,13 +5,14 @@ A quaternion is w, x, y, z inside and x, y, z, w in messages: the order changes 
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
 from geometry_msgs.msg import AccelStamped, PoseStamped, TransformStamped, TwistStamped, WrenchStamped
 from rclpy.event_handler import PublisherEventCallbacks, QoSPublisherMatchedInfo, UnsupportedEventTypeError
 from rclpy.node import Node
+from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.qos_overriding_options import QoSOverridingOptions
 from rclpy.serialization import serialize_message
@@ -41,7 +42,7 @@ class Motion:
         return self._values[0:3]
 
     @property
-    def q(self) -> Numbers:
+    def q_world_body(self) -> Numbers:
         """Quaternion w, x, y, z, body → world."""
         return self._values[3:7]
 
@@ -69,12 +70,12 @@ class Motion:
     @property
     def acceleration_body(self) -> Numbers:
         """Acceleration of the body frame's origin relative to the world and dω/dt, body axes, 6 numbers."""
-        return *qrotate_back(*self.q, *self.acceleration[0:3]), *self.acceleration[3:6]
+        return *qrotate_back(*self.q_world_body, *self.acceleration[0:3]), *self.acceleration[3:6]
 
     @property
     def acceleration_world(self) -> Numbers:
         """The same in world axes."""
-        return *self.acceleration[0:3], *qrotate(*self.q, *self.acceleration[3:6])
+        return *self.acceleration[0:3], *qrotate(*self.q_world_body, *self.acceleration[3:6])
 
     @property
     def inertial(self) -> Numbers:
@@ -83,17 +84,17 @@ class Motion:
         Specific force is acceleration less that of free fall: what an accelerometer shows, REP-145.
         """
         specific = np.subtract(self.acceleration[0:3], self.simulation.gravity).tolist()
-        return *self.pose[3:7], *self.twist_body[3:6], *qrotate_back(*self.q, *specific)
+        return *self.pose[3:7], *self.twist_body[3:6], *qrotate_back(*self.q_world_body, *specific)
 
     @property
     def wrench(self) -> Numbers:
         """The held wrench as force and torque about the body frame's origin, body axes, 6 numbers."""
-        return self.simulation.wrench.about_origin(self.q, self.simulation.body.center_of_mass.tolist())
+        return self.simulation.wrench.about_origin(self.q_world_body, self.simulation.body.center_of_mass.tolist())
 
-    def placed(self, point: Sequence[float], q: Sequence[float]) -> Numbers:
-        """Pose of something fixed to the body, whose pose in the body frame is that, 7 numbers."""
-        position = map(sum, zip(self.position, qrotate(*self.q, *point), strict=True))
-        w, x, y, z = qmultiply(*self.q, *q)
+    def placed(self, point_body: Sequence[float], q_body_thing: Sequence[float]) -> Numbers:
+        """Pose in the world of a thing fixed to the body, whose pose in the body frame is that, 7 numbers."""
+        position = map(sum, zip(self.position, qrotate(*self.q_world_body, *point_body), strict=True))
+        w, x, y, z = qmultiply(*self.q_world_body, *q_body_thing)
         return *position, x, y, z, w
 
 
@@ -197,7 +198,8 @@ def _marker(scene: Scene, simulation: Simulation) -> Output:
     return Output("marker", message, _pose_of("pose") + _vector("scale"), values)
 
 
-_SHAPES = {  # kind of marker and its size along the axes, from the dimensions
+# Kind of marker and its size along the axes, from the dimensions.
+_SHAPES: dict[str, tuple[str, Callable[..., Numbers]]] = {
     "sphere": ("SPHERE", lambda r: (2 * r, 2 * r, 2 * r)),
     "hollow_sphere": ("SPHERE", lambda r, _: (2 * r, 2 * r, 2 * r)),
     "ellipsoid": ("SPHERE", lambda x, y, z: (2 * x, 2 * y, 2 * z)),
@@ -282,18 +284,17 @@ class Channel:
         if reason:
             node.get_logger().info(f"topic {output.topic} is published field by field: {reason}")
 
-    def _create(self, node: Node) -> Any:
+    def _create(self, node: Node) -> Publisher:
         overridable = QoSOverridingOptions.with_default_policies()
         durability = DurabilityPolicy.TRANSIENT_LOCAL if self._keep else DurabilityPolicy.VOLATILE
         profile = QoSProfile(depth=1 if self._keep else self.output.depth, durability=durability)
-        options = {"qos_profile": profile, "qos_overriding_options": overridable}
         kind, topic = type(self.output.message), self.output.topic
+        create = partial(node.create_publisher, kind, topic, profile, qos_overriding_options=overridable)
         try:
-            events = PublisherEventCallbacks(matched=self._on_matched)
-            return node.create_publisher(kind, topic, event_callbacks=events, **options)
+            return create(event_callbacks=PublisherEventCallbacks(matched=self._on_matched))
         except UnsupportedEventTypeError:
             self._told = False
-            return node.create_publisher(kind, topic, **options)
+            return create()
 
     def _on_matched(self, event: QoSPublisherMatchedInfo) -> None:
         self._note(event.current_count)
@@ -359,7 +360,7 @@ class Outputs:
         """Send the clock alone."""
         for channel in self._wanted:
             if not channel.output.fields:
-                channel.publish(stamp_ns, None)
+                channel.publish(stamp_ns, Motion(self._simulation))
 
     def publish(self, stamp_ns: int) -> None:
         """Send the present motion to everybody who listens, all with the same stamp [ns]."""

@@ -4,9 +4,11 @@ import os
 import sys
 from collections.abc import Callable, Sequence
 from functools import partial
-from typing import Any, Protocol
+from typing import Protocol, cast
 
 from rclpy.node import Node
+from rclpy.publisher import Publisher
+from rclpy.subscription import Subscription
 
 from ..bags import journal
 from ..bags.recorder import Recorder
@@ -22,9 +24,11 @@ SWITCH_INTERVAL = 1e-4
 
 
 class Recordable(Protocol):
-    """Something that sends or receives messages; ``end`` is its publisher or subscription."""
+    """Something that sends or receives messages."""
 
-    end: Any
+    @property
+    def end(self) -> Publisher | Subscription:
+        """What sends or receives."""
 
     def record(self, record: Callable[[bytes], None]) -> None:
         """From now on give the bytes of each message to ``record``."""
@@ -58,7 +62,7 @@ def start(node: Node, scene: Scene, loop: Loop, ends: Sequence[Recordable]) -> R
 def begin(recorder: Recorder, scene: Scene, loop: Loop) -> None:
     """Begin the journal with the scene, once the loop has the stamp with which its time begins."""
     recorder.put_entry(loop.simulation.steps, journal.SCENE, journal.scene_values(scene, loop.epoch_ns))
-    loop.simulation.journal = recorder.put_entry
+    cast(journal.JournaledSimulation, loop.simulation).journal = recorder.put_entry  # simulation_of made it one
 
 
 def _chosen(node: Node, names: Sequence[str], ends: Sequence[Recordable]) -> list[Recordable]:
@@ -74,7 +78,7 @@ def _chosen(node: Node, names: Sequence[str], ends: Sequence[Recordable]) -> lis
     return chosen or list(ends)
 
 
-def _topic(end: Any) -> Topic:
+def _topic(end: Publisher | Subscription) -> Topic:
     qos = end.qos_profile
     return Topic(
         end.topic_name,

@@ -16,9 +16,14 @@ def create(node: Node, loop: Loop, reset: Callable[[], str]) -> None:
         loop.simulation.clear_wrench()
         return "no wrench held"
 
-    for name, action in (("reset", reset), ("step", loop.step), ("clear_wrench", clear_wrench)):
-        node.create_service(Trigger, f"~/{name}", _answering(lambda _, action=action: action()))
+    actions: dict[str, Callable[[], str]] = {"reset": reset, "step": loop.step, "clear_wrench": clear_wrench}
+    for name, action in actions.items():
+        node.create_service(Trigger, f"~/{name}", _answering(_whatever_is_asked(action)))
     node.create_service(SetBool, "~/pause", _answering(lambda request: loop.pause(request.data)))
+
+
+def _whatever_is_asked(action: Callable[[], str]) -> Callable[[Any], str]:
+    return lambda _: action()
 
 
 def _answering(action: Callable[[Any], str]) -> Callable[[Any, Any], Any]:

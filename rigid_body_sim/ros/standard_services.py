@@ -16,13 +16,13 @@ from rclpy.action import ActionServer, CancelResponse
 from rclpy.node import Node
 from rclpy.task import Future
 
+from ..scene.commands import RefusedError
 from ..scene.loader import Scene
 from ..values import rotation
 from ..values.parameter import shown
 from ..values.state import State
 from . import messages
 from .loop import Loop, Run, StoppedError
-from .messages import RefusedError
 from .outputs import Motion
 
 PACKAGE = "simulation_interfaces"

@@ -21,7 +21,11 @@ from . import attitude, mass_source, parameter_file, schema
 
 @dataclass(frozen=True)
 class Frame:
-    """A frame fixed to the body in which wrenches may be sent; see ``frames.<name>.*`` in the schema."""
+    """A frame fixed to the body in which wrenches may be sent; see ``frames.<name>.*`` in the schema.
+
+    ``position`` [m] is that of its origin in the body frame; ``orientation`` (w, x, y, z) takes components in its axes
+    to those in body axes. A wrench in it is given in the axes that ``axes`` names, its own or the world's.
+    """
 
     position: tuple[float, float, float]
     orientation: tuple[float, float, float, float]

@@ -22,9 +22,9 @@ def particle_rates(mass: float, momentum: ArrayLike, force: ArrayLike) -> tuple[
     return np.asarray(momentum, float) / mass, np.array(force, float)
 
 
-def rotation_matrix_rate(R: ArrayLike, w: ArrayLike) -> Floats:
+def rotation_matrix_rate(R_world_body: ArrayLike, w_world: ArrayLike) -> Floats:
     """dR/dt = ω* R [1/s], shape (3, 3), of a rotation matrix body → world and ω [rad/s, world]; theory (2.2.5)."""
-    return rotation.skew(w) @ np.asarray(R, float)
+    return rotation.skew(w_world) @ np.asarray(R_world_body, float)
 
 
 def angular_momentum_of_points(masses: ArrayLike, positions: ArrayLike, velocities: ArrayLike) -> Floats:
@@ -70,10 +70,10 @@ def angular_velocity(tensor: Floats, L: ArrayLike) -> Floats:
     return np.linalg.solve(tensor, np.asarray(L, float))
 
 
-def inertia_rate(tensor: Floats, w: ArrayLike) -> Floats:
+def inertia_rate(tensor_world: Floats, w_world: ArrayLike) -> Floats:
     """dI/dt = ω* I − I ω* [kg m²/s], shape (3, 3), of the tensor in the world while the body turns; theory (2.5.2)."""
-    spin = rotation.skew(w)
-    return spin @ tensor - tensor @ spin
+    spin = rotation.skew(w_world)
+    return spin @ tensor_world - tensor_world @ spin
 
 
 def angular_acceleration_euler(tensor: Floats, w_body: ArrayLike, torque_body: ArrayLike) -> Floats:
@@ -86,14 +86,16 @@ def angular_acceleration_euler(tensor: Floats, w_body: ArrayLike, torque_body: A
     return np.linalg.solve(tensor, np.asarray(torque_body, float) - np.cross(w, tensor @ w))
 
 
-def angular_acceleration_from_momentum(tensor: Floats, q: ArrayLike, L: ArrayLike, torque: ArrayLike) -> Floats:
+def angular_acceleration_from_momentum(
+    tensor: Floats, q_world_body: ArrayLike, L_world: ArrayLike, torque_world: ArrayLike
+) -> Floats:
     """dω/dt [rad/s², world axes] from L and τ in the world, the second route; theory (2.5.1): I ω' = τ − I' ω.
 
-    With I = R I₀ Rᵀ (2.4.11) of the tensor I₀ in body axes, (3, 3), the attitude q body → world, and ω = I⁻¹ L (2.4.3).
+    With I = R I₀ Rᵀ (2.4.11) of the tensor I₀ in body axes, (3, 3), the attitude q_world_body, and ω = I⁻¹ L (2.4.3).
     """
-    I = inertia.turned(tensor, q)
-    w = angular_velocity(I, L)
-    return np.asarray(np.linalg.solve(I, np.asarray(torque, float) - inertia_rate(I, w) @ w), float)
+    I = inertia.turned(tensor, q_world_body)
+    w = angular_velocity(I, L_world)
+    return np.asarray(np.linalg.solve(I, np.asarray(torque_world, float) - inertia_rate(I, w) @ w), float)
 
 
 def state_rates(

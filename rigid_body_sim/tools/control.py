@@ -50,16 +50,17 @@ class PointingLaw:
     longer than ``max_torque`` [N m] is shortened and keeps its direction.
     """
 
-    target: Floats  # unit quaternion (w, x, y, z)
+    target: Floats  # unit quaternion (w, x, y, z), body → world
     inertia: Floats  # (3, 3) [kg m²], as the controller believes it to be, body axes
     natural_frequency: float
     damping_ratio: float
     max_torque: float
 
     def torque(self, orientation: ArrayLike, angular_velocity: ArrayLike) -> Floats:
-        """Torque [N m], body axes, shape (3,), for an attitude (w, x, y, z) and an angular velocity [rad/s], body axes.
+        """Torque [N m], body axes, shape (3,), for an attitude (w, x, y, z) and an angular velocity [rad/s].
 
-        Raises ValueError when either is not finite or the attitude is no direction.
+        The attitude is body → world, the angular velocity in body axes. Raises ValueError when either is not finite or
+        the attitude is no direction.
         """
         w, *vector_part = rotation.multiply(rotation.conjugate(self.target), rotation.normalize(orientation))
         omega = np.asarray(angular_velocity, float)

@@ -1,6 +1,7 @@
 """ROS side of the demo: a node that listens, and what it heard as a Recording."""
 
 import time
+from typing import Any
 
 import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray
@@ -24,7 +25,7 @@ QUEUE = 1000  # ten seconds of poses: a slow terminal must not cost one
 class Listener(Node):
     """Keeps every pose, twist, wrench and diagnostic message of a node that runs ``scene``."""
 
-    def __init__(self, scene: Scene, **node_arguments):
+    def __init__(self, scene: Scene, **node_arguments: Any):
         super().__init__("rigid_body_demo", **node_arguments)
         self._twist_in_body_axes = scene["twist_frame"] == "body"
         self.orientations: dict[int, tuple[float, ...]] = {}  # by stamp [ns]
@@ -73,7 +74,7 @@ class Listener(Node):
         return (next(reversed(self.orientations)) - next(iter(self.orientations))) / NANOSECONDS
 
     def latest(self) -> tuple[float, ...]:
-        """Orientation (w, x, y, z) of the last pose heard."""
+        """Orientation (w, x, y, z), body → world, of the last pose heard."""
         return next(reversed(self.orientations.values()))
 
     def recording(self) -> Recording:

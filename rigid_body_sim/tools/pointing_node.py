@@ -32,7 +32,7 @@ class PointingController(Node):
     Raises ValueError, with a sentence, for parameters of no use.
     """
 
-    def __init__(self, given: Mapping[str, Any] = MappingProxyType({}), **node_arguments):
+    def __init__(self, given: Mapping[str, Any] = MappingProxyType({}), **node_arguments: Any):
         super().__init__("pointing_controller", **node_arguments)
         values = attitude.read(parameters.all_given(self, given), TABLE)
         self._frame_id = values["frame_id"]
@@ -43,7 +43,7 @@ class PointingController(Node):
         self._steady_clock = Clock(clock_type=ClockType.STEADY_TIME)
         parameters.refuse_undeclared(self)
         self._refusals = parameters.Refusals(self, TABLE)
-        self._waiting: dict[tuple[type, int], PoseStamped | TwistStamped] = {}
+        self._waiting: dict[tuple[type, tuple[int, int]], PoseStamped | TwistStamped] = {}
         self._unheard: tuple[PoseStamped, TwistStamped] | None = None
         self._publisher = self.create_publisher(WrenchStamped, "wrench", QUEUE)
         self._subscriptions_of_state: list[Subscription] = []
@@ -105,7 +105,7 @@ class PointingController(Node):
     def answer(self, pose: PoseStamped, twist: TwistStamped) -> WrenchStamped:
         """The command for a pose and a twist of one stamp. Raises ValueError when they allow none."""
         q, w = pose.pose.orientation, twist.twist.angular
-        orientation, omega = (q.w, q.x, q.y, q.z), (w.x, w.y, w.z)
+        orientation, omega = (q.w, q.x, q.y, q.z), np.array((w.x, w.y, w.z))
         in_world_axes = twist.header.frame_id == pose.header.frame_id
         if in_world_axes and not self._frame_id:
             raise ValueError("twist is in world axes, which does not tell the body's frame; set frame_id")

@@ -1,0 +1,13 @@
+from typing import Any
+
+from rclpy.qos import QoSProfile
+
+class Publisher:
+    msg_type: type
+    qos_profile: QoSProfile
+    @property
+    def topic_name(self) -> str: ...
+    @property
+    def handle(self) -> Any: ...
+    def publish(self, msg: Any) -> None: ...
+    def get_subscription_count(self) -> int: ...
