@@ -31,12 +31,16 @@ _background: list[threading.Thread] = []
 
 
 def needed(terms: Terms, integrator: str = integrators.AUTO, acceleration: bool = False) -> list[Request]:
-    """What a simulation of these terms may call before they change."""
+    """What a simulation of these terms may call before they change; what takes longest to compile comes first."""
     asked_for = None if integrator == integrators.AUTO else integrators.get(integrator)
     steps = [request(one, terms.kernels) for one in within_reach(terms, asked_for)]
     arrays = np.zeros(flat.SIZE), np.zeros(1)
     readers = [Request(flat.read_motion, arrays)]
-    return [*steps, *readers, *([Request(acceleration_reader(terms.kernels), arrays)] if acceleration else [])]
+    return [
+        *steps,
+        *readers,
+        *([Request(acceleration_reader(terms.kernels), arrays)] if acceleration else []),
+    ]
 
 
 def of_parameters(given: Mapping[str, Any]) -> tuple[list[Request], list[Request]]:
@@ -93,9 +97,14 @@ def missing(requests: Iterable[Request]) -> list[Request]:
 
 
 def compile_together(requests: Iterable[Request]) -> None:
-    """Compile what is missing, half of it in a child where there is a second core and a place to meet."""
+    """Compile what is missing, half of it in a child where there is a second core and a place to meet.
+
+    The first takes longest (see ``needed``), so the next two go to the other process.
+    """
     left = missing(requests)
-    mine, others = (left[0::2], left[1::2]) if compiled.FOLDER and _cores() > 1 else (left, [])
+    alone = not compiled.FOLDER or _cores() < 2
+    mine = [one for k, one in enumerate(left) if alone or k % 4 in (0, 3)]
+    others = [one for k, one in enumerate(left) if not alone and k % 4 in (1, 2)]
     child = _in_child(others, niceness=0) if others else None
     for one in mine:
         compiled.ready(one.function, *one.examples)

@@ -28,6 +28,7 @@ from .kernels.model import (
     WRENCH,
 )
 from .kernels.motion import Acting
+from .kernels.wrench import write_arms
 from .values.body import Body
 from .values.wrench import ZERO, Wrench, three_finite
 
@@ -125,6 +126,7 @@ class Terms:
             acting = self.acting[effect.name]
             model[LOADS + 2 * number], model[LOADS + 2 * number + 1] = len(acting), at
             at += effect.size * len(acting)
+        write_arms(model)
         return model
 
     @cached_property

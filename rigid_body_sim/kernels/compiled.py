@@ -17,6 +17,7 @@ import numpy as np
 
 from . import kernel_cache
 from .arrays import Floats, Vector
+from .quick_typing import quick_typing
 
 try:
     import numba
@@ -128,7 +129,8 @@ def ready(function: Callable[..., _Result], *examples: object) -> Callable[..., 
     if not ENABLED:
         return lambda *arguments: function(*(a.data if isinstance(a, np.ndarray) else a for a in arguments))
     dispatcher, signature = _entry(function), Request(function, examples).signature
-    dispatcher.compile(signature)
+    with quick_typing():
+        dispatcher.compile(signature)
     entry: Callable[..., _Result] = dispatcher.overloads[signature].entry_point
     return entry
 

@@ -1,10 +1,14 @@
 """The held wrench as kernels see it: reduced to principal axes and carried vectors, and its force and torque."""
 
 import math
+from collections.abc import Sequence
+from typing import Any
 
 from .arrays import Floats
 from .compiled import kernel
 from .model import (
+    ALONG_AXES,
+    ALONG_FIRST,
     ARMS,
     CARRIED,
     CENTER_OF_MASS,
@@ -17,11 +21,12 @@ from .model import (
     N_CARRIED,
     N_LEVERS,
     ONLY_WORLD_TORQUE,
+    PARALLEL,
     TORQUE,
     WRENCH,
     to_principal,
 )
-from .vectors import cross, qrotate, qrotate_back
+from .vectors import cross, qrotate, qrotate_back, unit_vector
 
 
 @kernel
@@ -38,88 +43,80 @@ def reduce_wrench(model: Floats) -> None:
     for i in range(3):
         model[FORCE_WORLD + i] = model[w + 6 + i] + model[MASS] * model[GRAVITY + i]
     model[ONLY_WORLD_TORQUE] = 0.0
+    turned = model[w + 9] != 0.0 or model[w + 10] != 0.0 or model[w + 11] != 0.0
     if model[N_LEVERS] == 0.0:
-        _carry_world_torque(model)
+        for i in range(3):
+            model[CARRIED + i] = model[w + 9 + i]
+        model[N_CARRIED] = 1.0 if turned else 0.0
+        if model[TORQUE] == 0.0 and model[TORQUE + 1] == 0.0 and model[TORQUE + 2] == 0.0:
+            model[ONLY_WORLD_TORQUE] = 1.0
     else:
-        _carry_levers(model)
+        _carry_levers(model, turned)
 
 
 @kernel
-def _carry_world_torque(model: Floats) -> None:
-    w = WRENCH + 9
-    model[N_CARRIED] = 0.0
-    if model[w] != 0.0 or model[w + 1] != 0.0 or model[w + 2] != 0.0:
-        model[N_CARRIED] = 1.0
-    for i in range(9):
-        model[ARMS + i] = 1.0 if i % 4 == 0 else 0.0
-    for i in range(3):
-        model[CARRIED + i] = model[w + i]
-    if model[TORQUE] == 0.0 and model[TORQUE + 1] == 0.0 and model[TORQUE + 2] == 0.0:
-        model[ONLY_WORLD_TORQUE] = 1.0
-
-
-@kernel
-def _carry_levers(model: Floats) -> None:
-    """Carried vectors for levers: the common direction of their vectors, or the three world axes."""
-    n = int(model[N_LEVERS])
-    for k in range(n):
+def _carry_levers(model: Floats, turned: bool) -> None:
+    """Carry the common direction of the levers' vectors, or the three world axes, and with those a world torque."""
+    for k in range(int(model[N_LEVERS])):
         p = LEVERS + LEVER_SIZE * k
         for i in range(3):
             model[FORCE_WORLD + i] += model[p + 6] * model[p + 3 + i]
-    for i in range(27):
-        model[ARMS + i] = 0.0
-    parallel = _levers_are_parallel(model, n)
-    for i in range(9):
-        model[CARRIED + i] = 1.0 if i % 4 == 0 else 0.0
-    model[N_CARRIED] = 1.0 if parallel else 3.0
-    if parallel:
+    one = model[PARALLEL] != 0.0 and not turned
+    model[N_CARRIED] = 1.0 if one else 3.0
+    block = ALONG_FIRST if one else ALONG_AXES
+    for i in range(36):
+        model[CARRIED + i] = model[block + i]
+    if turned:
         for i in range(3):
-            model[CARRIED + i] = model[LEVERS + 3 + i]
-    for k in range(n):
-        _add_arms(model, k, parallel)
-    if not parallel:
-        for axis in range(3):
-            for i in range(3):
-                model[ARMS + 9 * axis + 4 * i] += model[WRENCH + 9 + axis]
+            a, torque = ARMS + 9 * i, model[WRENCH + 9 + i]
+            model[a], model[a + 4], model[a + 8] = model[a] + torque, model[a + 4] + torque, model[a + 8] + torque
 
 
-@kernel
-def _levers_are_parallel(model: Floats, n: int) -> bool:
-    """Whether all levers' vectors lie along the first one, exactly, and no world torque needs carrying beside them."""
-    for i in range(3):
-        if model[WRENCH + 9 + i] != 0.0:
-            return False
-    p = LEVERS + 3
-    largest = max(abs(model[p]), abs(model[p + 1]), abs(model[p + 2]))
+def write_arms(model: Floats) -> None:
+    """Fill what ``reduce_wrench`` needs and no wrench changes. No kernel: called for each new model."""
+    numbers: Any = model.data  # whose items are Python's floats
+    n = int(model[N_LEVERS])
+    if n == 0:
+        model[ARMS], model[ARMS + 4], model[ARMS + 8] = 1.0, 1.0, 1.0  # A torque is its own arm.
+        return
+    vectors = [tuple(numbers[LEVERS + LEVER_SIZE * k + 3 : LEVERS + LEVER_SIZE * k + 6]) for k in range(n)]
+    if _are_parallel(vectors):
+        model[PARALLEL] = 1.0
+        _write_block(numbers, ALONG_FIRST, [vectors[0]])
+    _write_block(numbers, ALONG_AXES, [unit_vector(axis) for axis in range(3)])
+
+
+def _write_block(model: Any, at: int, carried: Sequence[Sequence[float]]) -> None:
+    for i, vector in enumerate(carried):
+        for j in range(3):
+            model[at + 3 * i + j] = vector[j]
+        _add_arms(model, vector, at + 9 + 9 * i)
+
+
+def _are_parallel(vectors: Sequence[Sequence[float]]) -> bool:
+    """Whether all lie along the first one, exactly."""
+    largest = max(map(abs, vectors[0]))
     if largest == 0.0:
         return False
     # By a power of two, which rounds nothing: products with a tiny force would vanish, with a huge one overflow.
     unit = math.ldexp(1.0, max(-1000, min(1000, -math.frexp(largest)[1])))
-    fx, fy, fz = unit * model[p], unit * model[p + 1], unit * model[p + 2]
-    for k in range(1, n):
-        a = p + LEVER_SIZE * k
-        x, y, z = cross(fx, fy, fz, model[a], model[a + 1], model[a + 2])
-        if x != 0.0 or y != 0.0 or z != 0.0:
-            return False
-    return True
+    x, y, z = (unit * component for component in vectors[0])
+    return not any(any(cross(x, y, z, *other)) for other in vectors[1:])
 
 
-@kernel
-def _add_arms(model: Floats, k: int, parallel: bool) -> None:
-    """Add the skew matrix of lever k's arm, a force's from the centre of mass, to each A_i, weighted along B_i."""
-    p = LEVERS + LEVER_SIZE * k
-    c, at = CENTER_OF_MASS, model[p + 6]
-    x, y, z = to_principal(
-        model, model[p] - at * model[c], model[p + 1] - at * model[c + 1], model[p + 2] - at * model[c + 2]
-    )
-    for i in range(1 if parallel else 3):
-        # The force along B_i, which is parallel to it or an axis: from B_i's largest component.
-        b, j = CARRIED + 3 * i, 0
-        for other in range(1, 3):
-            if abs(model[b + other]) > abs(model[b + j]):
-                j = other
-        weight = model[p + 3 + j] / model[b + j]
-        a = ARMS + 9 * i
+def _add_arms(model: Any, direction: Sequence[float], a: int) -> None:
+    """Add the skew matrix of each lever's arm, a force's from the centre of mass, weighted by what is along one vector.
+
+    The levers' vectors are all parallel to it, or it is an axis: the weight follows from its largest component.
+    """
+    j = max(range(3), key=lambda i: abs(direction[i]))
+    c = CENTER_OF_MASS
+    for p in range(LEVERS, LEVERS + LEVER_SIZE * int(model[N_LEVERS]), LEVER_SIZE):
+        at = model[p + 6]
+        x, y, z = to_principal(
+            model, model[p] - at * model[c], model[p + 1] - at * model[c + 1], model[p + 2] - at * model[c + 2]
+        )
+        weight = model[p + 3 + j] / direction[j]
         model[a + 1] -= weight * z
         model[a + 2] += weight * y
         model[a + 3] += weight * z

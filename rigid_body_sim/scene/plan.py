@@ -45,8 +45,8 @@ def choose(turned: bool, stiffness: float | None) -> str:
 
 
 def within_reach(loaded: bool) -> list[str]:
-    """Names of the integrators to which the choice can lead as long as loads stay or stay away."""
-    stiffnesses = (0.0, math.inf) if loaded else (None,)
+    """Names of the integrators to which the choice can lead as long as loads stay or stay away, the larger first."""
+    stiffnesses = (math.inf, 0.0) if loaded else (None,)
     return list(dict.fromkeys(choose(turned, stiffness) for turned in (False, True) for stiffness in stiffnesses))
 
 
