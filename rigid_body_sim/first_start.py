@@ -8,7 +8,8 @@ import itertools
 import os
 import sys
 import threading
-from collections.abc import Iterable, Iterator, Mapping
+import time
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -27,6 +28,7 @@ from .values.body import Body
 
 _BODY = Body(1.0, (1.0, 1.0, 1.0))  # any: a plan's integrators do not depend on it
 _READERS_OF_ACCELERATION = {"accel", "imu"}  # of the outputs
+START_TAKES = 3.0  # s, of a node that joins the network, and on two cores needs both
 _background: list[threading.Thread] = []
 
 
@@ -96,27 +98,31 @@ def missing(requests: Iterable[Request]) -> list[Request]:
     return list({one.function: one for one in requests if not one.is_met}.values())
 
 
-def compile_together(requests: Iterable[Request]) -> None:
+def compile_together(requests: Iterable[Request], meanwhile: Callable[[], object] = lambda: None) -> None:
     """Compile what is missing, half of it in a child where there is a second core and a place to meet.
 
-    The first takes longest (see ``needed``), so the next two go to the other process.
+    The first takes longest (see ``needed``), so the next two go to the child; while that is not done, ``meanwhile``.
     """
     left = missing(requests)
-    alone = not compiled.FOLDER or _cores() < 2
-    mine = [one for k, one in enumerate(left) if alone or k % 4 in (0, 3)]
+    alone = not compiled.FOLDER or len(os.sched_getaffinity(0)) < 2
     others = [one for k, one in enumerate(left) if not alone and k % 4 in (1, 2)]
-    child = _in_child(others, niceness=0) if others else None
-    for one in mine:
-        compiled.ready(one.function, *one.examples)
+    child = _in_child(others) if others else None
+    for k, one in enumerate(left):
+        if alone or k % 4 in (0, 3):
+            compiled.ready(one.function, *one.examples)
+    meanwhile()
     if child is not None:
         os.waitpid(child, 0)
 
 
 def compile_in_background(requests: Iterable[Request]) -> None:
-    """Compile what is missing in a child of the lowest priority; ``wait`` waits for it. To be called before threads."""
+    """Compile what is missing in a child of the lowest priority, which leaves a start alone; see ``wait``.
+
+    To be called before there are threads.
+    """
     left = missing(requests)
     if left and compiled.FOLDER:
-        child = _in_child(left, niceness=19)
+        child = _in_child(left, niceness=19, after=START_TAKES)
         thread = threading.Thread(target=os.waitpid, args=(child, 0), daemon=True)
         thread.start()
         _background.append(thread)
@@ -128,7 +134,7 @@ def wait() -> None:
         _background.pop().join()
 
 
-def _in_child(requests: Iterable[Request], niceness: int) -> int:
+def _in_child(requests: Iterable[Request], niceness: int = 0, after: float = 0.0) -> int:
     """Process number of a child that compiles them into the cache and ends; it says nothing, and is heard by nobody."""
     sys.stdout.flush()
     sys.stderr.flush()
@@ -140,11 +146,8 @@ def _in_child(requests: Iterable[Request], niceness: int) -> int:
         nowhere = os.open(os.devnull, os.O_RDWR)
         for descriptor in range(3):
             os.dup2(nowhere, descriptor)
+        time.sleep(after)
         for one in requests:
             compiled.ready(one.function, *one.examples)
     finally:
         os._exit(0)
-
-
-def _cores() -> int:
-    return len(os.sched_getaffinity(0))

@@ -24,7 +24,7 @@ from .elliptic import JACOBI_WORK, carlson_rf, carlson_rj, jacobi, quarter_perio
 from .extended import two_sum, xadd, xdot, xmultiply, xrotate_back
 from .model import MOMENTS
 from .state import LOW, L, Q, align, is_thin
-from .vectors import qmultiply
+from .vectors import power_of_two, qmultiply
 
 MOST_TURNS = 1e15  # rad: after a larger angle no digit of the attitude is left
 NO_TILT = 1e-130  # relative to |L|: a spin nearer to the middle axis, whose squares would underflow, counts as along it
@@ -51,10 +51,10 @@ def turn_freely(state: Floats, model: Floats, work: Floats, t: float) -> bool:
     # Units in which |L| and the largest moment are about 1, by powers of two: nothing underflows, nothing is rounded.
     unit_l = math.frexp(largest)[1]
     unit_i = math.frexp(max(model[MOMENTS], model[MOMENTS + 1], model[MOMENTS + 2]))[1]
-    time = t * math.ldexp(1.0, max(-1000, min(1000, unit_l - unit_i)))
+    time = t * power_of_two(unit_l - unit_i)
     for i in range(3):
-        work[_MOMENTS + i] = model[MOMENTS + i] * math.ldexp(1.0, max(-1000, min(1000, -unit_i)))
-    qq, g = _body_momentum(state, work, math.ldexp(1.0, max(-1000, min(1000, -unit_l))))
+        work[_MOMENTS + i] = model[MOMENTS + i] * power_of_two(-unit_i)
+    qq, g = _body_momentum(state, work, power_of_two(-unit_l))
     rate = 0.0
     for i in range(3):
         rate += abs(work[_SPIN + i]) / work[_MOMENTS + i]
@@ -65,7 +65,7 @@ def turn_freely(state: Floats, model: Floats, work: Floats, t: float) -> bool:
     work[_DELTA + r], work[_DELTA + b], work[_DELTA + s] = d1, tau * d2, sigma * d3
     _replace_attitude(state, 1.0, 0.0, 0.0, 0.0, dw, work[_DELTA], work[_DELTA + 1], work[_DELTA + 2])
     if is_thin(model):
-        unit = math.ldexp(1.0, max(-1000, min(1000, unit_l)))
+        unit = power_of_two(unit_l)
         align(state, unit * work[_SPIN], 0.0, unit * work[_SPIN + 1], 0.0, unit * work[_SPIN + 2], 0.0)
     return True
 

@@ -54,3 +54,9 @@ def exponential_minus_one(x: float, y: float, z: float) -> tuple[float, float, f
     # sin(θ/2) / θ; below 1e-8 its next term, θ²/48, is under round-off
     share = 0.5 if angle < 1e-8 else math.sin(0.5 * angle) / angle
     return -2.0 * quarter * quarter, share * x, share * y, share * z
+
+
+@kernel
+def power_of_two(exponent: int) -> float:
+    """2 to that power, or the nearest from 2⁻¹⁰⁰⁰ to 2¹⁰⁰⁰: what it multiplies is not rounded."""
+    return math.ldexp(1.0, max(-1000, min(1000, exponent)))

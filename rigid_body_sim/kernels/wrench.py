@@ -26,7 +26,7 @@ from .model import (
     WRENCH,
     to_principal,
 )
-from .vectors import cross, qrotate, qrotate_back, unit_vector
+from .vectors import cross, power_of_two, qrotate, qrotate_back, unit_vector
 
 
 @kernel
@@ -99,7 +99,7 @@ def _are_parallel(vectors: Sequence[Sequence[float]]) -> bool:
     if largest == 0.0:
         return False
     # By a power of two, which rounds nothing: products with a tiny force would vanish, with a huge one overflow.
-    unit = math.ldexp(1.0, max(-1000, min(1000, -math.frexp(largest)[1])))
+    unit = power_of_two(-math.frexp(largest)[1])
     x, y, z = (unit * component for component in vectors[0])
     return not any(any(cross(x, y, z, *other)) for other in vectors[1:])
 

@@ -10,8 +10,10 @@ from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.node import Node
 from rclpy.qos_overriding_options import QoSOverridingOptions
 
+from .. import first_start
 from ..bags.recorder import Recorder
 from ..scene.loader import Scene
+from ..terms import Terms
 from . import messages, parameters, realtime, recording, services, standard_services
 from .executor import IdleTime, executor_for
 from .inputs import Inputs
@@ -127,10 +129,17 @@ class RigidBodyNode(Node):
         if self._stop is not None:  # services are served in ``run`` alone, which sets it
             self._stop.requested = True
 
+    def _compile(self, terms: Terms) -> None:
+        """What the terms need that was not compiled yet, which the loop has to wait for."""
+        if first_start.missing(first_start.needed(terms, self.scene["integrator.name"])):
+            self.get_logger().warning("compiling kernels for what was set: the simulation waits for some seconds")
+            first_start.wait()
+
     def _take(self, scene: Scene) -> None:
         """Go on with the dynamic parameters of ``scene``. Raises ValueError, and changes nothing, when it cannot be."""
         terms, factor = scene.terms(), scene["real_time_factor"]
         if terms != self.scene.terms():
+            self._compile(terms)
             self.simulation.change(**terms.dynamic())
             self._reporter.tell_new_plan()
         if factor != self.scene["real_time_factor"]:
