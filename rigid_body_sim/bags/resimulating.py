@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
+from .. import commands
 from ..physics.arrays import Floats, Integers
-from ..scene import commands
 from ..scene.loader import Scene
 from ..simulation import Simulation, steps_held
 from . import journal, timing

@@ -9,9 +9,9 @@ from geometry_msgs.msg import PoseStamped, TwistStamped, WrenchStamped
 from rclpy.node import Node
 from rclpy.qos_overriding_options import QoSOverridingOptions
 
+from .. import commands
 from ..physics import rotation
 from ..physics.state import State
-from ..scene import commands
 from ..scene.loader import Scene
 from ..scene.schema import shown
 from ..simulation import IntegratorError

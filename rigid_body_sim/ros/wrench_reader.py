@@ -2,8 +2,8 @@
 
 from geometry_msgs.msg import WrenchStamped
 
+from .. import commands
 from ..physics.wrench import Wrench
-from ..scene import commands
 from ..scene.loader import Scene
 from . import cdr, messages
 

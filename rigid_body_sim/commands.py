@@ -3,9 +3,9 @@
 import math
 from collections.abc import Callable, Sequence
 
-from ..physics.wrench import Wrench
-from .loader import Scene
-from .schema import shown
+from .physics.wrench import Wrench
+from .scene.loader import Scene
+from .scene.schema import shown
 
 NOT_FINITE = "not finite"
 UNKNOWN_FRAME = "unknown frame"
