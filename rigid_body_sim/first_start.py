@@ -4,8 +4,11 @@ The cache of the kernels is where they meet; without one each process compiles f
 Nothing else is done meanwhile in place of a kernel: results never depend on what was in the cache.
 """
 
+import contextlib
+import ctypes
 import itertools
 import os
+import signal
 import sys
 import threading
 import time
@@ -29,6 +32,7 @@ from .values.body import Body
 _BODY = Body(1.0, (1.0, 1.0, 1.0))  # any: a plan's integrators do not depend on it
 _READERS_OF_ACCELERATION = {"accel", "imu"}  # of the outputs
 START_TAKES = 3.0  # s, of a node that joins the network, and on two cores needs both
+_PR_SET_PDEATHSIG = 1  # of linux/prctl.h
 _background: list[threading.Thread] = []
 
 
@@ -134,6 +138,12 @@ def wait() -> None:
         _background.pop().join()
 
 
+def _end_with_parent() -> None:
+    """Where Linux can: a node that ended has nothing left behind."""
+    with contextlib.suppress(AttributeError, OSError):
+        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
+
+
 def _in_child(requests: Iterable[Request], niceness: int = 0, after: float = 0.0) -> int:
     """Process number of a child that compiles them into the cache and ends; it says nothing, and is heard by nobody."""
     sys.stdout.flush()
@@ -142,6 +152,7 @@ def _in_child(requests: Iterable[Request], niceness: int = 0, after: float = 0.0
     if child:
         return child
     try:
+        _end_with_parent()
         os.nice(niceness)
         nowhere = os.open(os.devnull, os.O_RDWR)
         for descriptor in range(3):

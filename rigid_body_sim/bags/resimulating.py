@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
+from .. import commands
 from ..held import steps_held
 from ..kernels.arrays import Floats, Integers
-from ..scene import commands
 from ..scene.loader import Scene
 from ..simulation import Simulation
 from . import journal, timing

@@ -11,9 +11,9 @@ from rclpy.publisher import Publisher
 from rclpy.qos_overriding_options import QoSOverridingOptions
 from rclpy.subscription import Subscription
 
+from .. import commands
+from ..commands import NOT_FINITE, RefusedError
 from ..kernels.arrays import Vector
-from ..scene import commands
-from ..scene.commands import NOT_FINITE, RefusedError
 from ..scene.loader import Scene
 from ..simulation import IntegratorError
 from ..values import rotation

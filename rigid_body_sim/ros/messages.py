@@ -1,4 +1,4 @@
-"""Commands in ROS messages, and why some are refused; what a wrench means is in scene.commands."""
+"""Commands in ROS messages, and why some are refused; what a wrench means is in commands."""
 
 import contextlib
 from collections.abc import Iterator
@@ -8,7 +8,7 @@ from geometry_msgs.msg import WrenchStamped
 from rclpy.serialization import deserialize_message
 from std_msgs.msg import Header
 
-from ..scene.commands import NOT_FINITE, UNKNOWN_FRAME, Limit, RefusedError, make_wrench, meaning, unlimited
+from ..commands import NOT_FINITE, UNKNOWN_FRAME, Limit, RefusedError, make_wrench, meaning, unlimited
 from ..scene.loader import Scene
 from ..values.parameter import shown
 from ..values.wrench import Wrench

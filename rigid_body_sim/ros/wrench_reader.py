@@ -2,7 +2,7 @@
 
 from geometry_msgs.msg import WrenchStamped
 
-from ..scene import commands
+from .. import commands
 from ..scene.loader import Scene
 from ..values.wrench import Wrench
 from . import cdr, messages

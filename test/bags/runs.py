@@ -4,10 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rigid_body_sim import Simulation
+from rigid_body_sim import Simulation, commands
 from rigid_body_sim.bags import journal
 from rigid_body_sim.bags.journal import JournaledSimulation
-from rigid_body_sim.scene import commands
 
 from . import making
 

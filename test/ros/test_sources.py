@@ -1,4 +1,4 @@
-"""Wrenches from several topics, and limits: sums and ends to the step, lengths to the last bits."""
+"""Wrenches from several topics, and limits: sums and ends to the step, lengths of what is limited."""
 
 import math
 from pathlib import Path
@@ -6,8 +6,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
-from hypothesis import given
-from hypothesis import strategies as st
 
 pytest.importorskip("rclpy")
 pytestmark = pytest.mark.ros
@@ -164,22 +162,6 @@ def test_impulses_have_no_limit(node):
     node.set_parameter("wrench.max_force", 3.0)
     node.send("world", force=(8.0, 0.0, 0.0), topic="impulse")
     node.wait_report(lambda _, values: values["momentum [kg m/s]"] == "[8.0, 0.0, 0.0]", "the blow")
-
-
-components = st.floats(-1.7e308, 1.7e308)
-
-
-@given(st.tuples(components, components, components), st.floats(1e-300, 1e307))
-def test_length_of_what_is_scaled_down_is_the_limit_to_round_off(vector, most):
-    from rigid_body_sim.scene.commands import scaled_down
-
-    limited = scaled_down(vector, most)
-    if math.hypot(*vector) <= most:
-        assert limited == vector
-        return
-    assert math.hypot(*limited) == pytest.approx(most, rel=1e-15)  # measured 2.2e-16
-    one, other = (np.array([c / max(map(abs, v)) for c in v]) for v in (vector, limited))
-    assert one == pytest.approx(other, rel=1e-15, abs=1e-15)  # measured 1.4e-16
 
 
 # A quadrotor ----------------------------------------------------------------------------------------------------------

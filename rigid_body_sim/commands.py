@@ -3,9 +3,9 @@
 import math
 from collections.abc import Callable, Sequence
 
-from ..values.parameter import shown
-from ..values.wrench import Wrench
-from .loader import Scene
+from .scene.loader import Scene
+from .values.parameter import shown
+from .values.wrench import Wrench
 
 NOT_FINITE = "not finite"
 UNKNOWN_FRAME = "unknown frame"
