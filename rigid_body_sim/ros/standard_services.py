@@ -16,7 +16,7 @@ from rclpy.action import ActionServer, CancelResponse
 from rclpy.node import Node
 from rclpy.task import Future
 
-from ..scene.commands import RefusedError
+from ..commands import RefusedError
 from ..scene.loader import Scene
 from ..values import rotation
 from ..values.parameter import shown

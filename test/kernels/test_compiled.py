@@ -4,6 +4,7 @@ import importlib
 import inspect
 import json
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -116,3 +117,30 @@ def test_closures_are_told_apart_by_what_they_are_made_over():
     first, again, other = doubled(compiled.kernel(half)), doubled(half), doubled(vectors.cross)
     assert kernel_cache.identity(first) == kernel_cache.identity(again) != kernel_cache.identity(other)
     assert compiled.ready(first, 1.0)(8.0) == 2.0
+
+
+QUICK = """
+import contextlib, sys
+from rigid_body_sim.kernels import compiled, quick_typing
+if sys.argv[1] == "slow":
+    compiled.quick_typing = contextlib.nullcontext
+from rigid_body_sim import Body, Simulation, State, Wrench
+sim = Simulation(Body(1.0, (0.1, 0.2, 0.25)), State(angular_velocity=(1.0, 2.0, 3.0)))
+sim.set_wrench(Wrench((1.0, 2.0, 3.0), (0.1, 0.2, 0.3)))
+sim.step(100)
+[dispatcher] = [one for name, one in compiled._inner if name.endswith("taylor._series")]
+print(sim.save().state, *(one.library.get_llvm_str() for one in dispatcher.overloads.values()))
+"""
+
+
+def test_typing_quickly_changes_no_instruction(tmp_path):
+    """What is remembered of the types of an operation is what numba would find again."""
+
+    def run(how):
+        environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / how)}
+        done = subprocess.run([sys.executable, "-c", QUICK, how], env=environment, capture_output=True, text=True)
+        assert done.returncode == 0, done.stderr
+        return re.sub(r"0x[0-9a-f]+|_\w*Vinvoke\w*|\d{6,}|abi\w*|ModuleID.*", "", done.stdout)
+
+    quick = run("quick")
+    assert "fmul" in quick and quick == run("slow")
