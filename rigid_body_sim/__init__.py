@@ -10,7 +10,7 @@ if TYPE_CHECKING:  # what type checkers see of _HOMES; a test compares the two
     from .scene.loader import load_scene as load_scene
     from .simulation import Simulation as Simulation
     from .simulation import SimulationError as SimulationError
-    from .simulation import Snapshot as Snapshot
+    from .snapshot import Snapshot as Snapshot
     from .values.body import Body as Body
     from .values.state import BodyState as BodyState
     from .values.state import State as State
@@ -25,7 +25,7 @@ _HOMES = {  # of each public name
     "Scene": "scene.loader",
     "Simulation": "simulation",
     "SimulationError": "simulation",
-    "Snapshot": "simulation",
+    "Snapshot": "snapshot",
     "State": "values.state",
     "Tether": "effects.tether",
     "Wrench": "values.wrench",

@@ -19,13 +19,12 @@ import numpy as np
 
 from . import integrators
 from .effects import REGISTRY
-from .integrators.stepping import request
 from .kernels import compiled
 from .kernels import state as flat
 from .kernels.acceleration import acceleration_reader
 from .kernels.compiled import Request
 from .scene import attitude, schema
-from .simulation import within_reach
+from .stepping import asked_for, request, within_reach
 from .terms import Terms
 from .values.body import Body
 
@@ -38,8 +37,7 @@ _background: list[threading.Thread] = []
 
 def needed(terms: Terms, integrator: str = integrators.AUTO, acceleration: bool = False) -> list[Request]:
     """What a simulation of these terms may call before they change; what takes longest to compile comes first."""
-    asked_for = None if integrator == integrators.AUTO else integrators.get(integrator)
-    steps = [request(one, terms.kernels) for one in within_reach(terms, asked_for)]
+    steps = [request(one, terms.kernels) for one in within_reach(terms, asked_for(integrator))]
     arrays = np.zeros(flat.SIZE), np.zeros(1)
     readers = [Request(flat.read_motion, arrays)]
     return [

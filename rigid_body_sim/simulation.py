@@ -1,60 +1,41 @@
 """A rigid body under held wrenches, advanced at a fixed rate: what node, report and tools stand on. No ROS."""
 
-import math
 import operator
 import struct
 from collections.abc import Callable
-from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
 
-from . import integrators, stopped
+from . import integrators, sentences
 from .effects.drag import Drag
 from .effects.tether import Tether
 from .held import Held, steps_held
-from .integrators.stepping import Stepping
 from .kernels import compiled
 from .kernels import state as flat
 from .kernels.acceleration import acceleration_reader
 from .kernels.arrays import Floats, Vector
 from .kernels.model import FASTEST, WRENCH
-from .kernels.stiffness import spectral_radius
+from .rate import Rate
 from .scene import plan
 from .scene.loader import Scene
+from .snapshot import Snapshot
+from .stepping import Stepping, asked_for
 from .terms import Terms
 from .values.body import Body
-from .values.state import BodyState, State, body_state, flatten
+from .values.state import BodyState, State, body_state, flatten, is_slow_enough
 from .values.wrench import ZERO, PointForce, Wrench
 
 _PACK_WRENCH = struct.Struct("12d").pack_into
 _WRENCH_OFFSET = 8 * WRENCH
 
-NANOSECONDS = 1_000_000_000
-LOWEST_RATE = 1e-9  # Hz: a step of 30 years
-HIGHEST_RATE = 1e6  # Hz: beyond it a step is shorter than the call that computes it
 NO_WRENCH = Wrench()
 MOST_AT_ONCE = 1_000_000  # steps in one kernel call, so that Ctrl-C is heard during a long run
 
 
 class SimulationError(RuntimeError):
     """A step that could not be done; the simulation keeps the last good state."""
-
-
-class IntegratorError(ValueError):
-    """A wrench that the integrator asked for cannot be given."""
-
-
-@dataclass(frozen=True)
-class Snapshot:
-    """Everything that decides a simulation's future, exact to the bit: see Simulation.save. It can be pickled."""
-
-    steps: int
-    state: tuple[float, ...]
-    sources: tuple[tuple[str, Wrench, int | None], ...]  # name, wrench held, step at which it ends
-    origin: tuple[int, tuple[float, ...]] | None = None  # step and state from which ``exact`` evaluates
-    stiffness: float | None = None  # by which ``auto`` chose
 
 
 class Simulation:
@@ -103,23 +84,17 @@ class Simulation:
         rtol: float = 1e-9,
         **effects: Any,
     ):
-        self._rate = float(rate)
-        if not LOWEST_RATE <= self._rate <= HIGHEST_RATE:
-            raise ValueError(f"rate {self._rate:.9g} Hz is not between {LOWEST_RATE:g} and {HIGHEST_RATE:g} Hz")
-        self._asked_for = None if integrator == integrators.AUTO else integrators.get(integrator)
-        self._terms = Terms(body, gravity, rtol, **effects)
-        self._check_integrator(self._terms)
+        self._rate = Rate(rate)
+        self._h = self._rate.h
+        self._stepping = Stepping(Terms(body, gravity, rtol, **effects), asked_for(integrator), self._h)
         self.initial_state = State() if state is None else state
         self.steps = 0
-        self._h = 1.0 / self._rate
-        self._rate_ratio = self._rate.as_integer_ratio()
-        self._stepping = Stepping(self._terms.kernels)
-        self._model = self._terms.model(NO_WRENCH)
+        self._model = self.terms.model(NO_WRENCH)
         self._state = flatten(self.initial_state, self._model)
         self._origin = self._state.copy()
         self._state_view, self._origin_view = self._state.data, self._origin.data  # quicker to copy
         self._motion_kernel = compiled.ready(flat.read_motion, self._state, self._model)
-        self._prepare()
+        self._stepping.prepare(self._state, self._model)
         self._begin_with(Held())
 
     @classmethod
@@ -138,55 +113,50 @@ class Simulation:
     @property
     def body(self) -> Body:
         """The body that is simulated."""
-        return self._terms.body
+        return self.terms.body
 
     @property
     def terms(self) -> Terms:
         """The body and all that acts on it without being sent."""
-        return self._terms
+        return self._stepping.terms
 
     @property
     def gravity(self) -> Floats:
         """Acceleration of free fall [m/s²], world axes, shape (3,)."""
-        gravity = np.array(self._terms.gravity)
+        gravity = np.array(self.terms.gravity)
         gravity.flags.writeable = False
         return gravity
 
     @property
     def drag(self) -> Drag:
         """The drag that acts."""
-        drag: Drag = self._terms.given["drag"]
+        drag: Drag = self.terms.given["drag"]
         return drag
 
     @property
     def tethers(self) -> tuple[Tether, ...]:
         """The tethers that hold the body."""
-        return tuple(self._terms.given["tethers"])
+        return tuple(self.terms.given["tethers"])
 
     @property
     def forces(self) -> tuple[PointForce, ...]:
         """The forces that always act, as (point [m, body axes], force [N, world axes])."""
-        return tuple(self._terms.given["forces"])
+        return tuple(self.terms.given["forces"])
 
     @property
     def rate(self) -> float:
         """Steps a second of simulated time [Hz]."""
-        return self._rate
-
-    # Time -------------------------------------------------------------------------------------------------------------
+        return self._rate.value
 
     @property
     def time(self) -> float:
         """Simulated time [s]."""
-        return self.steps / self._rate
+        return self.steps / self._rate.value
 
     @property
     def time_ns(self) -> int:
         """Simulated time [ns]: round(steps · 10⁹ / rate), in integers, half up."""
-        numerator, denominator = self._rate_ratio
-        return (2 * self.steps * NANOSECONDS * denominator + numerator) // (2 * numerator)
-
-    # Commands ---------------------------------------------------------------------------------------------------------
+        return self._rate.nanoseconds(self.steps)
 
     @property
     def wrench(self) -> Wrench:
@@ -199,7 +169,7 @@ class Simulation:
         Wrenches of different sources are held side by side, each until its own end, and add up. Raises ValueError, and
         changes nothing, for a wrench that the integrator cannot be given.
         """
-        expiry = None if hold is None else self.steps + steps_held(hold, self._rate)
+        expiry = None if hold is None else self.steps + steps_held(hold, self._rate.value)
         if self._held.only(source):
             self._hold(wrench, expiry)
             self._held.sources[source] = wrench, expiry
@@ -241,16 +211,13 @@ class Simulation:
         momentum. Raises ValueError, and changes nothing, as the constructor does, and TypeError for any other name.
         An integrator that was not needed before is made ready here, which compiles it when it never was.
         """
-        new = self._terms.changed(**terms)
-        self._check_integrator(new)
+        new = Stepping(self.terms.changed(**terms), self._stepping.asked, self._h)
         state = self._state
-        if new.body != self.body:
-            state = flatten(self.state, new.model(NO_WRENCH))
-        if new.kernels is not self._terms.kernels:
-            self._stepping = Stepping(new.kernels)
-            vars(self).pop("_acceleration_kernel", None)
-        self._terms = new
+        if new.terms.body != self.body:
+            state = flatten(self.state, new.terms.model(NO_WRENCH))
+        self._stepping = new
         self._state[:] = state
+        vars(self).pop("_acceleration_kernel", None)
         self._begin_anew()
 
     def apply_impulse(self, impulse: Wrench) -> None:
@@ -262,7 +229,7 @@ class Simulation:
         struck = self._state.copy()
         with np.errstate(over="ignore", invalid="ignore"):
             flat.add_impulse(struck, Terms(self.body).model(impulse))
-        if not (np.isfinite(struck).all() and self._is_slow_enough(struck)):
+        if not (np.isfinite(struck).all() and is_slow_enough(self._motion_kernel(struck, self._model))):
             raise ValueError(f"impulse {impulse!r} refused: the motion that follows is not finite; give a smaller one")
         self._state[:] = struck
         self._begin_anew()
@@ -286,13 +253,13 @@ class Simulation:
                     held = MOST_AT_ONCE
                 done = self._steps_kernel(self._state, self._model, self._work, self._h, held)
             self.steps += done
-            if done < held and not self._turned_stiff():
-                raise SimulationError(self._why_stopped())
+            if done < held:
+                if not self._stepping.turn_stiff():
+                    raise SimulationError(self._why_stopped())
+                self._install(self._wrench)
             if self.steps == self._expiry:
                 self._end_holding()
             n -= done
-
-    # State ------------------------------------------------------------------------------------------------------------
 
     @property
     def state(self) -> BodyState:
@@ -329,7 +296,7 @@ class Simulation:
 
     @cached_property
     def _acceleration_kernel(self) -> Callable[..., tuple[float, ...]]:
-        return compiled.ready(acceleration_reader(self._terms.kernels), self._state, self._model)
+        return compiled.ready(acceleration_reader(self.terms.kernels), self._state, self._model)
 
     def reset(self, state: State | None = None, *, keep_time: bool = False) -> None:
         """Go to ``state``, or else the initial one, hold no wrench, and count steps from zero unless ``keep_time``."""
@@ -349,26 +316,21 @@ class Simulation:
     def set_state(self, state: State) -> None:
         """Go on from ``state``; time and held wrenches stay. Raises ValueError, and changes nothing, on overflow."""
         flattened = flatten(state, self._model)
-        if not self._is_slow_enough(flattened):
+        if not is_slow_enough(self._motion_kernel(flattened, self._model)):
             raise ValueError(f"{state!r} moves too fast; give velocities below {FASTEST:g} m/s and rad/s")
         self._state[:] = flattened
         self._begin_anew()
-
-    def _is_slow_enough(self, state: Floats) -> bool:
-        """Whether the pose is finite and the velocities are in whatever axes; NaN is not."""
-        motion = self._motion_kernel(state, self._model)
-        return bool(np.isfinite(motion).all() and (np.abs((*motion[7:10], *motion[16:19])) < FASTEST).all())
 
     def save(self) -> Snapshot:
         """Step count, state with its low-order parts, and held wrench, exact to the bit."""
         origin = None if self._origin_steps is None else (self._origin_steps, tuple(self._origin.tolist()))
         state = tuple(self._state.tolist())
         sources = tuple((name, *held) for name, held in self._held.sources.items())
-        return Snapshot(self.steps, state, sources, origin, self._stiffness)
+        return Snapshot(self.steps, state, sources, origin, self._stepping.stiffness)
 
     def restore(self, snapshot: Snapshot) -> None:
         """Continue from a snapshot taken with the same body, rate, gravity and integrator: the same bits follow."""
-        self._stiffness = snapshot.stiffness
+        self._stepping.stiffness = snapshot.stiffness
         self._begin_with(Held({name: (wrench, expiry) for name, wrench, expiry in snapshot.sources}))
         self._state[:] = snapshot.state
         self.steps = snapshot.steps
@@ -377,39 +339,24 @@ class Simulation:
 
     def __reduce__(self) -> tuple[Any, ...]:
         """For pickle and copy: made anew in the same way, then restored, so the same bits follow."""
-        integrator = integrators.AUTO if self._asked_for is None else self._asked_for.name
-        options = {"rate": self.rate, "integrator": integrator, **self._terms.optional()}
-        return _restored, (type(self), self.body, self.initial_state, options, self.save())
-
-    # The plan ---------------------------------------------------------------------------------------------------------
+        integrator = self._stepping.asked.name if self._stepping.asked else integrators.AUTO
+        options = {"rate": self.rate, "integrator": integrator, **self.terms.optional()}
+        return _restored, (partial(type(self), self.body, self.initial_state, **options), self.save())
 
     @property
     def plan(self) -> plan.Plan:
         """How it advances now, why so, and what that leaves out."""
         turning = bool(self._state[flat.L : flat.L + 3].any())
-        return plan.explain(
-            self.integrator.name, self._asked_for is None, self._terms, self._wrench, turning, self._stiffness
-        )
+        return self._stepping.explain(self.integrator, self._wrench, turning)
 
     def describe(self) -> str:
         """One line for the log: what is simulated, and how."""
-        moments = ", ".join(f"{moment:.6g}" for moment in self.body.principal_moments)
-        return (
-            f"mass {self.body.mass:g} kg, principal moments [{moments}] kg m2, rate {self.rate:g} Hz, "
-            f"integrator {self.plan}{'' if compiled.ENABLED else ' (plain Python: numba is not in use)'}"
-        )
-
-    def _prepare(self) -> None:
-        """Make every integrator ready to which a wrench or a stiff motion leads, and measure the stiffness."""
-        self._stepping.make_ready(within_reach(self._terms, self._asked_for))
-        self._stiffness = None
-        if self._asked_for is None and self._terms.loads:
-            self._stiffness = spectral_radius(self._terms.kernels, self._state, self._model) * self._h
+        return sentences.description(self.body, self.rate, self.plan)
 
     def _begin_anew(self, held: Held | None = None) -> None:
         """After the state or the terms were changed from outside; with others held, where those changed too."""
-        self._model = self._terms.model(NO_WRENCH)
-        self._prepare()
+        self._model = self.terms.model(NO_WRENCH)
+        self._stepping.prepare(self._state, self._model)
         self._begin_with(self._held if held is None else held)
 
     def _begin_with(self, held: Held) -> None:
@@ -417,41 +364,22 @@ class Simulation:
         self._hold_all(held)
 
     def _install(self, wrench: Wrench) -> None:
-        integrator = self._asked_for or self._choose(wrench)
-        refusal = integrator.refusal(wrench) if self._asked_for else ""
-        if refusal:
-            raise IntegratorError(refusal)
-        self.integrator = integrator
-        self._steps_kernel, self._work = self._stepping.of(integrator)
-        self._model = self._terms.model(wrench)
+        self.integrator = integrator = self._stepping.for_wrench(wrench)
+        self._steps_kernel, self._work = self._stepping.kernel(integrator)
+        self._model = self.terms.model(wrench)
         self._model_bytes = self._model.data.cast("B")
         self._wrench = wrench
         self._turns = wrench.turns
         self._plain = not wrench.points
-        self._takes_any = bool(self._terms.loads) if self._asked_for is None else not integrator.torque_free_only
+        self._takes_any = self._stepping.takes_any(integrator)
         self._origin_steps = None
         if integrator.one_evaluation:
             self._mark_origin()
-
-    def _choose(self, wrench: Wrench) -> integrators.Integrator:
-        return integrators.REGISTRY[plan.choose(self._terms.turned_by(wrench), self._stiffness)]
 
     def _mark_origin(self) -> None:
         """From here on, evaluate from the present state."""
         self._origin_steps = self.steps
         self._origin_view[:] = self._state_view
-
-    def _turned_stiff(self) -> bool:
-        """Whether the motion grew too fast for an explicit integrator of ``auto``, so that the implicit one goes on."""
-        if self._asked_for is not None or self._stiffness is None or self._stiffness > plan.STIFF:
-            return False
-        self._stiffness = math.inf
-        self._install(self._wrench)
-        return True
-
-    def _check_integrator(self, terms: Terms) -> None:
-        if self._asked_for is not None and (shortfall := integrators.shortfall(self._asked_for.name, terms)):
-            raise ValueError(shortfall)
 
     def _step_from_origin(self, origin_steps: int, n: int) -> int:
         """Advance by n steps in one evaluation from where the wrench last changed; return how many were done."""
@@ -460,23 +388,12 @@ class Simulation:
         return self._steps_kernel(self._state, self._model, self._work, self._h, since + n) - since
 
     def _why_stopped(self) -> str:
-        terms, integrator, wrench = self._terms, self.integrator, self._wrench
         since = None if self._origin_steps is None else self.steps + 1 - self._origin_steps
-        return stopped.why(
-            self.steps + 1, self.state, wrench, terms=terms, integrator=integrator, h=self._h, since=since
-        )
+        how = sentences.How(self.terms, self.integrator, self._h, since)
+        return sentences.why_stopped(self.steps + 1, self.state, self._wrench, how)
 
 
-def _restored(
-    kind: type[Simulation], body: Body, state: State, options: dict[str, Any], snapshot: Snapshot
-) -> Simulation:
-    simulation = kind(body, state, **options)
+def _restored(make: Callable[[], Simulation], snapshot: Snapshot) -> Simulation:
+    simulation = make()
     simulation.restore(snapshot)
     return simulation
-
-
-def within_reach(terms: Terms, asked_for: integrators.Integrator | None = None) -> list[integrators.Integrator]:
-    """Every integrator to which a wrench or a stiff motion leads: the one asked for, or those of ``auto``."""
-    if asked_for is not None:
-        return [asked_for]
-    return [integrators.REGISTRY[name] for name in plan.within_reach(bool(terms.loads))]

@@ -10,7 +10,8 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from rigid_body_sim import Body, BodyState, Drag, Scene, Simulation, SimulationError, State, Tether, Wrench
-from rigid_body_sim.simulation import IntegratorError, steps_held
+from rigid_body_sim.held import steps_held
+from rigid_body_sim.stepping import IntegratorError
 from rigid_body_sim.values import rotation
 from rigid_body_sim.values.wrench import total
 

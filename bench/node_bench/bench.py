@@ -115,12 +115,14 @@ def node_under_test(
     *,
     leading: tuple[str, ...] = (),
     attentive: bool = True,
+    scene: Path | None = None,
     environment: Mapping[str, str] | None = None,
 ) -> Iterator[UnderTest]:
     """Start ``module`` in a namespace of its own; on leaving it is ended. ``attentive``: listen to pose and twist."""
     namespace = f"/bench{next(_numbers)}"
     settings = [part for name, value in parameters.items() for part in ("-p", f"{name}:={value}")]
-    arguments = [*leading, "--ros-args", "-r", f"__ns:={namespace}", *settings]
+    file = ["--params-file", str(scene)] if scene else []
+    arguments = [*leading, "--ros-args", "-r", f"__ns:={namespace}", *file, *settings]
     with children() as running:
         ear = Ear(namespace, attentive)
         under_test = UnderTest(running, module, arguments, ear, environment)

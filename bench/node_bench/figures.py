@@ -9,6 +9,7 @@ import tempfile
 import time
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 
 import numpy as np
 from geometry_msgs.msg import WrenchStamped
@@ -19,6 +20,8 @@ from std_srvs.srv import Trigger
 from rigid_body_sim.ros import realtime
 from rigid_body_sim.ros.executor import executor_for
 from rigid_body_sim.ros.middleware import VARIABLES
+from rigid_body_sim.scene.installed import installed_scenes
+from rigid_body_sim.scene.loader import load_scene
 from rigid_body_sim.tools.processes import ChildError
 
 from . import usual_slack
@@ -28,6 +31,7 @@ from .record import AT_LEAST, AT_MOST, BELOW, Figure
 ORDINARY = "bench.node_bench.ordinary_node"
 USUAL_SLACK = "bench.node_bench.usual_slack"
 TRACED = "bench.node_bench.traced_node"
+PLAIN_START, STIFF_START, WARM_START = 5.0, 12.0, 1.0  # s, of two idle cores
 ROUNDS = 3
 WAKE_UPS = 1000  # in a round
 EVERY_STEP = {"publish_rate": 0.0}  # publish each
@@ -312,21 +316,35 @@ def start(seconds: float) -> Iterator[Figure]:
 
 
 def cold_start(_: float) -> Iterator[Figure]:
-    """The same with an empty cache: when the node says that it compiles, and how long that takes."""
-    with (
-        tempfile.TemporaryDirectory() as folder,
-        node_under_test({}, environment={"XDG_CACHE_HOME": folder, "NUMBA_CACHE_DIR": folder}) as node,
-    ):
-        node.serve_until(lambda: "compiling" in node.process.said() or node.ear.poses, CONNECTED_WITHIN, "announcement")
-        told = time.monotonic() - node.began
-        if node.ear.poses:
-            yield Figure.missing("cold start: announcement", "the node compiles nothing here (no numba?)")
-        else:
-            how = "from the start of the process to the sentence on stderr"
-            yield Figure("cold start: announcement that kernels are compiled", told, "s", how, (BELOW, 2.0))
-        node.serve_until(lambda: node.ear.poses, 2 * CONNECTED_WITHIN, "pose")
-        taken = time.monotonic() - node.began
-        yield Figure("start to first pose, empty cache", taken, "s", "one start, all kernels compiled")
+    """By scene: from the start of the process until it can publish, with an empty cache and with what that left."""
+    for path in installed_scenes():
+        with tempfile.TemporaryDirectory() as folder:
+            environment = {"XDG_CACHE_HOME": folder, "NUMBA_CACHE_DIR": folder}
+            cold, told = _start_of(path, environment)
+            warm, again = _start_of(path, environment)
+        if told is None or again is not None:
+            yield Figure.missing(f"cold start: {path.stem}", "kernels were not compiled, or compiled again (no numba?)")
+            continue
+        goal = STIFF_START if load_scene(path).terms().loads else PLAIN_START
+        how = f"one start; that kernels are compiled was said after {told:.2f} s"
+        yield Figure(f"cold start: {path.stem}", cold, "s", how, (AT_MOST, goal))
+        yield Figure(f"warm start: {path.stem}", warm, "s", "the next start", (AT_MOST, WARM_START))
+
+
+def _start_of(scene: Path, environment: dict[str, str]) -> tuple[float, float | None]:
+    """Time [s] until a node of the scene says that it is ready, and until it says that it compiles."""
+    told = None
+    with node_under_test({}, scene=scene, attentive=False, environment=environment) as node:
+        node.serve_until(lambda: {"compiling kernels", "ready: "} & said(node), CONNECTED_WITHIN, "announcement")
+        if "compiling kernels" in said(node):
+            told = time.monotonic() - node.began
+        node.serve_until(lambda: "ready: " in said(node), 2 * CONNECTED_WITHIN, "readiness")
+        return time.monotonic() - node.began, told
+
+
+def said(node: UnderTest) -> set[str]:
+    """Which of the sentences about its start a node has said."""
+    return {sentence for sentence in ("compiling kernels", "ready: ") if sentence in node.process.said()}
 
 
 # 6. Memory ------------------------------------------------------------------------------------------------------------

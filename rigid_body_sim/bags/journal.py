@@ -16,9 +16,10 @@ import numpy as np
 from .. import __version__
 from ..effects import REGISTRY
 from ..kernels import compiled
+from ..rate import NANOSECONDS
 from ..scene import attitude
 from ..scene.loader import Scene
-from ..simulation import NANOSECONDS, Simulation, SimulationError
+from ..simulation import Simulation, SimulationError
 from ..values.body import Body
 from ..values.state import BodyState, State
 from ..values.wrench import Wrench

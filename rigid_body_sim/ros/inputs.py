@@ -15,7 +15,7 @@ from .. import commands
 from ..commands import NOT_FINITE, RefusedError
 from ..kernels.arrays import Vector
 from ..scene.loader import Scene
-from ..simulation import IntegratorError
+from ..stepping import IntegratorError
 from ..values import rotation
 from ..values.parameter import shown
 from ..values.state import State

@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 
 from ..kernels.arrays import Floats, Vector
 from ..kernels.extended import xrotate_back, xunscale
-from ..kernels.model import CENTER_OF_MASS, MASS, MOMENTS, Q_BODY_PRINCIPAL, to_principal
+from ..kernels.model import CENTER_OF_MASS, FASTEST, MASS, MOMENTS, Q_BODY_PRINCIPAL, to_principal
 from ..kernels.state import LOW, SIZE, L, P, Q, X
 from ..kernels.vectors import cross, qmultiply, qrotate
 from . import rotation
@@ -101,6 +101,11 @@ class BodyState(State):
 def body_state(motion: Sequence[float], flat: Floats) -> BodyState:
     """What users read of a flat state and the ``motion`` that kernels.state.read_motion makes of it."""
     return BodyState(np.array((*motion[:10], *motion[16:], *flat[P:LOW].tolist())))
+
+
+def is_slow_enough(motion: Sequence[float]) -> bool:
+    """Whether a pose is finite, and its velocities are in whatever axes; NaN is not."""
+    return bool(np.isfinite(motion).all() and (np.abs((*motion[7:10], *motion[16:19])) < FASTEST).all())
 
 
 def flatten(state: State, model: Floats) -> Floats:

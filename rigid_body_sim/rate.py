@@ -1,0 +1,23 @@
+"""Steps a second, and the time of a step: in whole numbers, so that it is the same however it is come to."""
+
+NANOSECONDS = 1_000_000_000
+LOWEST = 1e-9  # Hz: a step of 30 years
+HIGHEST = 1e6  # Hz: beyond it a step is shorter than the call that computes it
+
+
+class Rate:
+    """Steps a second of simulated time [Hz]. Raises ValueError for one outside [1e-9, 1e6] Hz."""
+
+    __slots__ = ("_ratio", "h", "value")
+
+    def __init__(self, value: float):
+        self.value = float(value)
+        if not LOWEST <= self.value <= HIGHEST:
+            raise ValueError(f"rate {self.value:.9g} Hz is not between {LOWEST:g} and {HIGHEST:g} Hz")
+        self.h = 1.0 / self.value
+        self._ratio = self.value.as_integer_ratio()
+
+    def nanoseconds(self, steps: int) -> int:
+        """Time of that many steps [ns]: round(steps · 10⁹ / rate), in integers, half up."""
+        numerator, denominator = self._ratio
+        return (2 * steps * NANOSECONDS * denominator + numerator) // (2 * numerator)

@@ -1,0 +1,16 @@
+"""What decides a simulation's future."""
+
+from dataclasses import dataclass
+
+from .values.wrench import Wrench
+
+
+@dataclass(frozen=True)
+class Snapshot:
+    """Everything that decides a simulation's future, exact to the bit: see Simulation.save. It can be pickled."""
+
+    steps: int
+    state: tuple[float, ...]
+    sources: tuple[tuple[str, Wrench, int | None], ...]  # name, wrench held, step at which it ends
+    origin: tuple[int, tuple[float, ...]] | None = None  # step and state from which ``exact`` evaluates
+    stiffness: float | None = None  # by which ``auto`` chose
