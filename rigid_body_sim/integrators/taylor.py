@@ -31,6 +31,7 @@ from ..kernels.model import (
 )
 from ..kernels.motion import Acting
 from ..kernels.state import L, P, Q, X, add_compensated, align, body_momentum, is_thin
+from ..kernels.tuples import Quat, Vec
 from ..kernels.vectors import cross, qmultiply, qrotate, qrotate_back
 from ..kernels.wrench import arm_torque, torque_principal
 from .base import SCRATCH, Integrator
@@ -72,20 +73,20 @@ def step(acting: Acting, state: Floats, model: Floats, work: Floats, h: float) -
 @kernel
 def _substep(state: Floats, model: Floats, work: Floats, left: float) -> float:
     """Advance by as much of ``left`` [s] as one series covers, and return it."""
-    qw, qx, qy, qz = state[Q], state[Q + 1], state[Q + 2], state[Q + 3]
+    q = Quat(state[Q], state[Q + 1], state[Q + 2], state[Q + 3])
     wx, wy, wz = _rates(state, model, work)
-    tx, ty, tz = torque_principal(model, qw, qx, qy, qz)
-    trial = _trial_step(model, wx, wy, wz, tx, ty, tz, left)
+    tx, ty, tz = torque_principal(model, q.w, q.x, q.y, q.z)
+    trial = _trial_step(model, Vec(wx, wy, wz), Vec(tx, ty, tz), left)
     if wx == 0.0 and wy == 0.0 and wz == 0.0 and tx == 0.0 and ty == 0.0 and tz == 0.0:
-        _translate(state, model, work, 0, 1.0, trial, qw, qx, qy, qz)
+        _translate(state, model, work, 0, 1.0, trial, q)
         return trial
     half = 0.5 * trial
-    order = _series(model, work, trial, half * wx, half * wy, half * wz, qw, qx, qy, qz)
+    order = _series(model, work, trial, Vec(half * wx, half * wy, half * wz), q)
     # Taken from ``left`` without round-off: in a long step the sub-steps add up to the step, not to nearly that.
     taken = left - (left - _converged_fraction(work, order) * trial)
     fraction = taken / trial
-    _translate(state, model, work, order, fraction, trial, qw, qx, qy, qz)
-    _turn(state, model, work, order, fraction, trial, qw, qx, qy, qz)
+    _translate(state, model, work, order, fraction, trial, q)
+    _turn(state, model, work, order, fraction, trial, q)
     return taken
 
 
@@ -102,27 +103,25 @@ def _rates(state: Floats, model: Floats, work: Floats) -> tuple[float, float, fl
 
 
 @kernel
-def _trial_step(model: Floats, wx: float, wy: float, wz: float, tx: float, ty: float, tz: float, left: float) -> float:
+def _trial_step(model: Floats, w: Vec, t: Vec, left: float) -> float:
     """``left``, or the time [s] in which spin and torque turn the body by TRIAL_ANGLE, when that is shorter."""
-    alpha = abs(tx / model[MOMENTS]) + abs(ty / model[MOMENTS + 1]) + abs(tz / model[MOMENTS + 2])
-    rate = abs(wx) + abs(wy) + abs(wz) + math.sqrt(alpha)
+    alpha = abs(t.x / model[MOMENTS]) + abs(t.y / model[MOMENTS + 1]) + abs(t.z / model[MOMENTS + 2])
+    rate = abs(w.x) + abs(w.y) + abs(w.z) + math.sqrt(alpha)
     if rate * left <= TRIAL_ANGLE:
         return left
     return TRIAL_ANGLE / rate
 
 
 @kernel
-def _series(
-    model: Floats, work: Floats, h: float, ex: float, ey: float, ez: float, qw: float, qx: float, qy: float, qz: float
-) -> int:
+def _series(model: Floats, work: Floats, h: float, eta: Vec, q: Quat) -> int:
     """Fill the series for a trial step h from η = (ex, ey, ez) and the attitude; return the order that is enough."""
     carried = int(model[N_CARRIED])
     work[_QT], work[_QT + 1], work[_QT + 2], work[_QT + 3] = 1.0, 0.0, 0.0, 0.0
-    work[_ETA], work[_ETA + 1], work[_ETA + 2] = ex, ey, ez
+    work[_ETA], work[_ETA + 1], work[_ETA + 2] = eta.x, eta.y, eta.z
     for i in range(carried):
         b = CARRIED + 3 * i
         work[_BT + 3 * i], work[_BT + 3 * i + 1], work[_BT + 3 * i + 2] = qrotate_back(
-            qw, qx, qy, qz, model[b], model[b + 1], model[b + 2]
+            q.w, q.x, q.y, q.z, model[b], model[b + 1], model[b + 2]
         )
     cx, cy, cz = 2.0 * model[EULER], 2.0 * model[EULER + 1], 2.0 * model[EULER + 2]
     scale = 0.5 * h * h
@@ -130,7 +129,7 @@ def _series(
     tx, ty, tz = gx * model[TORQUE], gy * model[TORQUE + 1], gz * model[TORQUE + 2]
     # A sphere has no gyroscopic term: under a torque that turns with it, η has two coefficients and no more.
     last_eta = 1 if carried == 0 and cx == 0.0 and cy == 0.0 and cz == 0.0 else HIGHEST_ORDER
-    first, e3, e2, e1, e0 = 0.0, 0.0, 0.0, 0.0, abs(ex) + abs(ey) + abs(ez)
+    first, e3, e2, e1, e0 = 0.0, 0.0, 0.0, 0.0, abs(eta.x) + abs(eta.y) + abs(eta.z)
     for k in range(HIGHEST_ORDER):
         share = 1.0 / (k + 1)
         aw, ax, ay, az, bx, by, bz = _products(work, k, max(1, k - last_eta))
@@ -213,17 +212,14 @@ def _translate(
     order: int,
     fraction: float,
     trial: float,
-    qw: float,
-    qx: float,
-    qy: float,
-    qz: float,
+    q: Quat,
 ) -> None:
     """Advance P and x over fraction · trial [s]: closed form for the world-axes force, series for the body-axes one."""
     h = fraction * trial
     m = model[MASS]
     ix, iy, iz, jx, jy, jz = _body_force_integrals(model, work, order, fraction)
-    ix, iy, iz = qrotate(qw, qx, qy, qz, ix, iy, iz)
-    jx, jy, jz = qrotate(qw, qx, qy, qz, jx, jy, jz)
+    ix, iy, iz = qrotate(q.w, q.x, q.y, q.z, ix, iy, iz)
+    jx, jy, jz = qrotate(q.w, q.x, q.y, q.z, jx, jy, jz)
     fx, fy, fz = model[FORCE_WORLD], model[FORCE_WORLD + 1], model[FORCE_WORLD + 2]
     add_compensated(state, X, state[P] * h / m + h * h * (0.5 * fx + jx) / m)
     add_compensated(state, X + 1, state[P + 1] * h / m + h * h * (0.5 * fy + jy) / m)
@@ -282,10 +278,7 @@ def _turn(
     order: int,
     fraction: float,
     trial: float,
-    qw: float,
-    qx: float,
-    qy: float,
-    qz: float,
+    q: Quat,
 ) -> None:
     """Advance q and L over fraction · trial [s]: sums of their series without the constant term, smallest first."""
     dw, dx, dy, dz, ex, ey, ez = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
@@ -294,9 +287,9 @@ def _turn(
         dw, dx = fraction * (dw + work[a]), fraction * (dx + work[a + 1])
         dy, dz = fraction * (dy + work[a + 2]), fraction * (dz + work[a + 3])
         ex, ey, ez = fraction * (ex + work[b]), fraction * (ey + work[b + 1]), fraction * (ez + work[b + 2])
-    _add_angular_momentum(state, model, work, fraction, trial, qw, qx, qy, qz, dw, dx, dy, dz, ex, ey, ez)
-    back = NORM_GAIN * 0.5 * (1.0 - (qw * qw + qx * qx + qy * qy + qz * qz))
-    aw, ax, ay, az = qmultiply(qw, qx, qy, qz, dw + back, dx, dy, dz)
+    _add_angular_momentum(state, model, work, fraction, trial, q, Quat(dw, dx, dy, dz), Vec(ex, ey, ez))
+    back = NORM_GAIN * 0.5 * (1.0 - (q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z))
+    aw, ax, ay, az = qmultiply(q.w, q.x, q.y, q.z, dw + back, dx, dy, dz)
     add_compensated(state, Q, aw)
     add_compensated(state, Q + 1, ax)
     add_compensated(state, Q + 2, ay)
@@ -322,17 +315,9 @@ def _add_angular_momentum(
     work: Floats,
     fraction: float,
     trial: float,
-    qw: float,
-    qx: float,
-    qy: float,
-    qz: float,
-    dw: float,
-    dx: float,
-    dy: float,
-    dz: float,
-    ex: float,
-    ey: float,
-    ez: float,
+    q: Quat,
+    d: Quat,
+    e: Vec,
 ) -> None:
     """Advance L: closed form under a torque fixed in the world (none at all: not one bit), else from the body's own L.
 
@@ -346,12 +331,12 @@ def _add_angular_momentum(
         return
     r = 2.0 / trial
     rx, ry, rz = r * model[MOMENTS], r * model[MOMENTS + 1], r * model[MOMENTS + 2]
-    lx, ly, lz = rx * (work[_ETA] + ex), ry * (work[_ETA + 1] + ey), rz * (work[_ETA + 2] + ez)
-    ax, ay, az = cross(dx, dy, dz, lx, ly, lz)
-    bx, by, bz = cross(dx, dy, dz, ax, ay, az)
-    s = 1.0 + dw
-    gx, gy, gz = rx * ex + 2.0 * (s * ax + bx), ry * ey + 2.0 * (s * ay + by), rz * ez + 2.0 * (s * az + bz)
-    gx, gy, gz = qrotate(qw, qx, qy, qz, gx, gy, gz)
+    lx, ly, lz = rx * (work[_ETA] + e.x), ry * (work[_ETA + 1] + e.y), rz * (work[_ETA + 2] + e.z)
+    ax, ay, az = cross(d.x, d.y, d.z, lx, ly, lz)
+    bx, by, bz = cross(d.x, d.y, d.z, ax, ay, az)
+    s = 1.0 + d.w
+    gx, gy, gz = rx * e.x + 2.0 * (s * ax + bx), ry * e.y + 2.0 * (s * ay + by), rz * e.z + 2.0 * (s * az + bz)
+    gx, gy, gz = qrotate(q.w, q.x, q.y, q.z, gx, gy, gz)
     add_compensated(state, L, gx)
     add_compensated(state, L + 1, gy)
     add_compensated(state, L + 2, gz)

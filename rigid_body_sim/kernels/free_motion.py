@@ -24,6 +24,7 @@ from .elliptic import JACOBI_WORK, carlson_rf, carlson_rj, jacobi, quarter_perio
 from .extended import two_sum, xadd, xdot, xmultiply, xrotate_back
 from .model import MOMENTS
 from .state import LOW, L, Q, align, is_thin
+from .tuples import NO_TURN, Quat
 from .vectors import power_of_two, qmultiply
 
 MOST_TURNS = 1e15  # rad: after a larger angle no digit of the attitude is left
@@ -63,7 +64,7 @@ def turn_freely(state: Floats, model: Floats, work: Floats, t: float) -> bool:
     r, b, s, distance = _sides(work)
     dw, d1, d2, d3, tau, sigma = _relative_turn(work, r, b, s, qq, distance / (qq * qq), g, time)
     work[_DELTA + r], work[_DELTA + b], work[_DELTA + s] = d1, tau * d2, sigma * d3
-    _replace_attitude(state, 1.0, 0.0, 0.0, 0.0, dw, work[_DELTA], work[_DELTA + 1], work[_DELTA + 2])
+    _replace_attitude(state, NO_TURN, Quat(dw, work[_DELTA], work[_DELTA + 1], work[_DELTA + 2]))
     if is_thin(model):
         unit = power_of_two(unit_l)
         align(state, unit * work[_SPIN], 0.0, unit * work[_SPIN + 1], 0.0, unit * work[_SPIN + 2], 0.0)
@@ -82,7 +83,7 @@ def _turn_sphere(state: Floats, largest: float, turn: float) -> bool:
     if not abs(angle) < MOST_TURNS:
         return False
     sine = math.sin(0.5 * angle) / norm
-    _replace_attitude(state, math.cos(0.5 * angle), sine * x, sine * y, sine * z, 1.0, 0.0, 0.0, 0.0)
+    _replace_attitude(state, Quat(math.cos(0.5 * angle), sine * x, sine * y, sine * z), NO_TURN)
     return True
 
 
@@ -232,15 +233,13 @@ def _third_kind(work: Floats, s: float, c: float, d: float) -> float:
 
 
 @kernel
-def _replace_attitude(
-    state: Floats, aw: float, ax: float, ay: float, az: float, bw: float, bx: float, by: float, bz: float
-) -> None:
+def _replace_attitude(state: Floats, a: Quat, b: Quat) -> None:
     """q ← a ⊗ q ⊗ b, scaled to unit length, with the low-order parts of q taken in."""
     q, i = Q, LOW + Q
-    w, x, y, z = qmultiply(aw, ax, ay, az, state[q], state[q + 1], state[q + 2], state[q + 3])
-    w, x, y, z = qmultiply(w, x, y, z, bw, bx, by, bz)
-    c, d, e, f = qmultiply(aw, ax, ay, az, state[i], state[i + 1], state[i + 2], state[i + 3])
-    c, d, e, f = qmultiply(c, d, e, f, bw, bx, by, bz)
+    w, x, y, z = qmultiply(a.w, a.x, a.y, a.z, state[q], state[q + 1], state[q + 2], state[q + 3])
+    w, x, y, z = qmultiply(w, x, y, z, b.w, b.x, b.y, b.z)
+    c, d, e, f = qmultiply(a.w, a.x, a.y, a.z, state[i], state[i + 1], state[i + 2], state[i + 3])
+    c, d, e, f = qmultiply(c, d, e, f, b.w, b.x, b.y, b.z)
     w, x, y, z = w + c, x + d, y + e, z + f
     unit = 1.0 / math.sqrt(w * w + x * x + y * y + z * z)
     state[q], state[q + 1], state[q + 2], state[q + 3] = unit * w, unit * x, unit * y, unit * z

@@ -44,7 +44,7 @@ class Load(NamedTuple):
 
 
 NOTHING = Vec(0.0, 0.0, 0.0)
-NO_LOAD = Load(NOTHING, NOTHING)
+NO_TURN = Quat(1.0, 0.0, 0.0, 0.0)
 
 
 @kernel

@@ -385,7 +385,7 @@ def test_no_value_makes_a_callback_raise_and_what_is_refused_changes_nothing(val
 
     def take(new):
         terms = new.terms()
-        simulation.change(body=terms.body, gravity=terms.gravity, drag=terms.drag)
+        simulation.change(**terms.dynamic())
         taken.append(new)
 
     parameters.Changes(hooks, scene, take)
