@@ -117,17 +117,19 @@ def compile_together(requests: Iterable[Request], meanwhile: Callable[[], object
         os.waitpid(child, 0)
 
 
-def compile_in_background(requests: Iterable[Request]) -> None:
+def compile_in_background(requests: Iterable[Request]) -> int | None:
     """Compile what is missing in a child of the lowest priority, which leaves a start alone; see ``wait``.
 
-    To be called before there are threads.
+    To be called before there are threads. Returns the number of the child's process; None where nothing is missing.
     """
     left = missing(requests)
-    if left and compiled.FOLDER:
-        child = _in_child(left, niceness=19, after=START_TAKES)
-        thread = threading.Thread(target=os.waitpid, args=(child, 0), daemon=True)
-        thread.start()
-        _background.append(thread)
+    if not left or not compiled.FOLDER:
+        return None
+    child = _in_child(left, niceness=19, after=START_TAKES)
+    thread = threading.Thread(target=os.waitpid, args=(child, 0), daemon=True)
+    thread.start()
+    _background.append(thread)
+    return child
 
 
 def wait() -> None:
