@@ -4,6 +4,7 @@ import sys
 from collections.abc import Mapping
 from typing import Any
 
+from ..command_line import WRONG
 from . import command_line, middleware, program
 
 NAME = "rigid_body_node"
@@ -24,7 +25,7 @@ def main(args: list[str] | None = None) -> int:
     program.open_standard_streams()
     stop = program.StopRequest()  # before anything slow is imported or compiled
     if command_line.answer(NAME, DESCRIPTION, EXAMPLE, args, {COMPILE: COMPILE_TEXT}) == {COMPILE}:
-        return _compile_everything()
+        return _compile_everything(args)
     from . import arguments
 
     try:
@@ -57,7 +58,10 @@ def _import_node() -> None:
     from . import node  # noqa: F401  so that it is there
 
 
-def _compile_everything() -> int:
+def _compile_everything(args: list[str] | None) -> int:
+    if command_line.split(args)[1]:
+        print(f"{NAME}: {COMPILE} is for every scene; give it no arguments of ROS", file=sys.stderr)
+        return WRONG
     from .. import first_start
     from ..kernels import compiled
 
