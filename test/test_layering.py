@@ -46,7 +46,7 @@ ROS_PACKAGES = {
     "simulation_interfaces",
     "ament_index_python",
 }
-NUMBA_HOMES = ("kernels.compiled", "kernels.kernel_cache", "kernels.quick_typing")
+NUMBA_HOMES = ("kernels.compiled", "kernels.kernel_cache", "kernels.quick_compiling")
 NOT_INSTALLED = {"bench", "test"}
 FOR_ALL = "rigid_body_sim.__version__"  # stands at the very top, and imports nothing
 
@@ -198,7 +198,7 @@ BAD = {  # a module, its text, and what is said about it
     "numba elsewhere": (
         "integrators.taylor",
         "from numba import njit",
-        "only kernels.compiled and kernels.kernel_cache and kernels.quick_typing may use numba",
+        "only kernels.compiled and kernels.kernel_cache and kernels.quick_compiling may use numba",
     ),
 }
 

@@ -17,7 +17,7 @@ import numpy as np
 
 from . import kernel_cache
 from .arrays import Floats, Vector
-from .quick_typing import quick_typing
+from .quick_compiling import quick_compiling
 
 try:
     import numba
@@ -129,7 +129,7 @@ def ready(function: Callable[..., _Result], *examples: object) -> Callable[..., 
     if not ENABLED:
         return lambda *arguments: function(*(a.data if isinstance(a, np.ndarray) else a for a in arguments))
     dispatcher, signature = _entry(function), Request(function, examples).signature
-    with quick_typing():
+    with quick_compiling(function.__qualname__):
         dispatcher.compile(signature)
     entry: Callable[..., _Result] = dispatcher.overloads[signature].entry_point
     return entry

@@ -4,7 +4,6 @@ import importlib
 import inspect
 import json
 import os
-import re
 import shutil
 import subprocess
 import sys
@@ -121,26 +120,29 @@ def test_closures_are_told_apart_by_what_they_are_made_over():
 
 QUICK = """
 import contextlib, sys
-from rigid_body_sim.kernels import compiled, quick_typing
+from numba.core import codegen, types
+from rigid_body_sim.kernels import compiled
+of_numba = types.BaseFunction.get_call_type, codegen.CPUCodeLibrary._optimize_final_module
 if sys.argv[1] == "slow":
-    compiled.quick_typing = contextlib.nullcontext
-from rigid_body_sim import Body, Simulation, State, Wrench
-sim = Simulation(Body(1.0, (0.1, 0.2, 0.25)), State(angular_velocity=(1.0, 2.0, 3.0)))
-sim.set_wrench(Wrench((1.0, 2.0, 3.0), (0.1, 0.2, 0.3)))
-sim.step(100)
-[dispatcher] = [one for name, one in compiled._inner if name.endswith("taylor._series")]
-print(sim.save().state, *(one.library.get_llvm_str() for one in dispatcher.overloads.values()))
+    compiled.quick_compiling = contextlib.nullcontext
+from rigid_body_sim import Body, Drag, Simulation, State, Wrench
+for drag in (Drag(), Drag(linear=(1.0, 2.0, 3.0), quadratic=(0.1, 0.2, 0.3))):
+    sim = Simulation(Body(1.0, (0.1, 0.2, 0.25)), State(angular_velocity=(1.0, 2.0, 3.0)), drag=drag)
+    sim.set_wrench(Wrench((1.0, 2.0, 3.0), (0.1, 0.2, 0.3)))
+    sim.step(100)
+    print(sim.save().state, sim.motion)
+assert of_numba == (types.BaseFunction.get_call_type, codegen.CPUCodeLibrary._optimize_final_module)
 """
 
 
-def test_typing_quickly_changes_no_instruction(tmp_path):
-    """What is remembered of the types of an operation is what numba would find again."""
+def test_compiling_quickly_changes_no_bit_and_leaves_numba_as_it_was(tmp_path):
+    """What it leaves out is done again, or would be found again."""
 
     def run(how):
         environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / how)}
         done = subprocess.run([sys.executable, "-c", QUICK, how], env=environment, capture_output=True, text=True)
         assert done.returncode == 0, done.stderr
-        return re.sub(r"0x[0-9a-f]+|_\w*Vinvoke\w*|\d{6,}|abi\w*|ModuleID.*", "", done.stdout)
+        return done.stdout
 
     quick = run("quick")
-    assert "fmul" in quick and quick == run("slow")
+    assert len(quick) > 1000 and quick == run("slow")
