@@ -50,7 +50,7 @@ def turn_freely(state: Floats, model: Floats, work: Floats, t: float) -> bool:
     if model[MOMENTS] == model[MOMENTS + 1] == model[MOMENTS + 2]:
         return _turn_sphere(state, largest, largest / model[MOMENTS] * t)
     # Units in which |L| and the largest moment are about 1, by powers of two: nothing underflows, nothing is rounded.
-    unit_l = math.frexp(largest)[1]
+    unit_l = math.frexp(largest)[1] + 0  # of 64 bits for numba, like other whole numbers
     unit_i = math.frexp(max(model[MOMENTS], model[MOMENTS + 1], model[MOMENTS + 2]))[1]
     time = t * power_of_two(unit_l - unit_i)
     for i in range(3):

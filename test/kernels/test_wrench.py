@@ -128,7 +128,7 @@ def test_everything_given_has_a_place_of_its_own_in_the_model():
     }
     for at, values in given.items():
         assert model[at : at + np.size(values)].tolist() == np.ravel(values).tolist(), at
-    assert sum(map(np.size, given.values())) == len(model) - (layout.LEVERS - layout.REDUCED), "given places overlap"
+    assert sum(map(np.size, given.values())) == len(model) - (layout.LEVERS - layout.PARALLEL), "given places overlap"
 
 
 def test_principal_axes_lead_back_to_body_axes():
