@@ -42,7 +42,7 @@ setup(
         "fast": ["numba"],
         "mesh": ["trimesh"],
         "report": ["matplotlib", "mpmath", "tqdm"],
-        "bag": ["rosbags~=0.11.0", "tqdm"],  # bags/writing.py adds to the chunk that this version fills
+        "bag": ["mcap>=1.6", "rosbags>=0.11", "tqdm"],
         "dask": ["distributed"],
         # What the adapters in bench/peers drive.
         # bsk is Basilisk and pin is Pinocchio; the names "basilisk" and "pinocchio" on PyPI are other projects.
@@ -50,14 +50,14 @@ setup(
         "test": [
             "distributed",
             "hypothesis",
-            "mcap",
+            "mcap>=1.6",
             "mcap-ros2-support",
             "mpmath",
             "pytest",
             "pytest-cov",
             "pytest-timeout",
             "pytest-xdist",
-            "rosbags~=0.11.0",
+            "rosbags>=0.11",
             "scipy",
             "trimesh",
         ],

@@ -1,4 +1,4 @@
-"""The library rosbags, where it is installed, and what is said when a bag cannot be made or read."""
+"""The libraries rosbags and mcap, where they are installed, and what is said when a bag cannot be made or read."""
 
 import functools
 import importlib
@@ -12,13 +12,14 @@ class BagError(Exception):
 
 
 def require() -> None:
-    """Raise BagError unless rosbags can be imported."""
-    try:
-        importlib.import_module("rosbags.rosbag2")
-    except ImportError as reason:
-        raise BagError(
-            f"bags need the library rosbags, which cannot be imported ({reason}); {HOW_TO_INSTALL}"
-        ) from None
+    """Raise BagError unless rosbags and mcap can be imported."""
+    for library, module in (("rosbags", "rosbags.rosbag2"), ("mcap", "mcap.writer")):
+        try:
+            importlib.import_module(module)
+        except ImportError as reason:
+            raise BagError(
+                f"bags need the library {library}, which cannot be imported ({reason}); {HOW_TO_INSTALL}"
+            ) from None
 
 
 @functools.cache

@@ -3,24 +3,21 @@
 import contextlib
 import os
 import struct
-import zlib
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from itertools import islice
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
+import yaml
+
+from .. import __version__
 from .rosbags_support import BagError, require, typestore
 
 Message = tuple[int, int, bytes]  # place of its topic among the topics, time [ns], serialised message (CDR)
 
 CHUNK_BYTES = 1 << 18
-_AT_ONCE = 1000  # messages packed between two looks at the size of the chunk
-_RECORD = struct.Struct("<BQHIQQ")  # of MCAP: op code, length of the rest, channel, sequence, log and publish time
-_MESSAGE = 0x05
-_COUNTED = _RECORD.size - 9  # bytes of it that the length counts
-_CHECKSUM = struct.Struct("<I")
-_TO_CHECKSUM = 9 + 24  # bytes from the begin of a chunk's record: op code and length, two times and a size
+VERSION = 9  # of metadata.yaml
+_FOR_EVER = dict(zip(("sec", "nsec"), divmod(2**63 - 1, 10**9), strict=True))
 _TEXT_HEAD = struct.Struct("<4sI")
 _LITTLE_ENDIAN = b"\x00\x01\x00\x00"  # plain CDR
 
@@ -41,83 +38,66 @@ class BagWriter:
     """A bag that is being written, at ``folder``, which must not exist. Use it as a context manager, or close it.
 
     ``written`` counts the messages that the operating system has. Raises BagError when the folder exists or cannot be
-    made, for an unknown type, and without rosbags.
+    made, for an unknown type, and without rosbags and mcap.
     """
 
     def __init__(self, folder: str | os.PathLike[str], topics: Sequence[Topic]):
+        require()
         types = typestore().types
         for topic in topics:
             if topic.type not in types:
                 raise BagError(f"topic {topic.name}: type {topic.type} is not one of ROS 2 Jazzy; give one that is")
-        self._bag = _open(Path(folder))
-        self._storage = self._bag.storage
-        self._channels = [self._add(topic) for topic in topics]
-        self._safe_bytes = 0  # of the file: up to the end of the last chunk that is in it
+        self._folder, self._topics = Path(folder), topics
+        self._file = _open(self._folder)
+        self._mcap = _start(self._file)
+        schemas = {kind: self._add_type(kind) for kind in dict.fromkeys(topic.type for topic in topics)}
+        self._channels = [self._add(topic, schemas[topic.type]) for topic in topics]
+        self._counts = [0] * len(topics)
+        self._first_ns, self._last_ns = 2**63 - 1, 0
+        self._unwritten = self._unwritten_bytes = 0
+        self._safe_bytes: int | None = 0  # of the file: up to the end of the last chunk in it; None: it is whole
         self._is_open = True
         self.written = 0
 
-    def _add(self, topic: Topic) -> int:
-        qos = [_qos(topic)]
-        return self._bag.add_connection(topic.name, topic.type, typestore=typestore(), offered_qos_profiles=qos).id
+    def _add_type(self, kind: str) -> int:
+        definition, _ = typestore().generate_msgdef(kind, ros_version=2)
+        number: int = self._mcap.register_schema(kind, "ros2msg", definition.encode())
+        return number
+
+    def _add(self, topic: Topic, schema: int) -> int:
+        qos = {"offered_qos_profiles": _yaml([_qos(topic)]).strip()}
+        number: int = self._mcap.register_channel(topic.name, "cdr", schema, qos)
+        return number
 
     def write(self, messages: Iterable[Message]) -> None:
-        """Add messages, many at once: rosbags adds one in 6 µs, this in 2.5.
+        """Add messages, many at once.
 
         Raises OSError when the disk does not take them; the bag then ends with the last chunk, and is closed.
         """
-        rest = iter(messages)
-        while batch := list(islice(rest, _AT_ONCE)):
-            self._append(batch)
-            if self._storage.chunk.bio.tell() >= CHUNK_BYTES:
+        add, channels, counts = self._mcap.add_message, self._channels, self._counts
+        for place, time_ns, data in messages:
+            add(channels[place], time_ns, data, time_ns)
+            counts[place] += 1
+            self._unwritten += 1
+            self._unwritten_bytes += len(data)
+            if time_ns < self._first_ns:
+                self._first_ns = time_ns
+            if time_ns > self._last_ns:
+                self._last_ns = time_ns
+            if self._unwritten_bytes >= CHUNK_BYTES:
                 self.flush()
-
-    def _append(self, batch: Sequence[Message]) -> None:
-        channels, chunk, pack = self._channels, self._storage.chunk, _RECORD.pack
-        index, at = chunk.msgs, chunk.bio.tell()
-        pieces: list[bytes] = []
-        for place, time_ns, data in batch:
-            channel = channels[place]
-            index[channel].append((time_ns, at))
-            pieces += pack(_MESSAGE, _COUNTED + len(data), channel, 0, time_ns, time_ns), data
-            at += _RECORD.size + len(data)
-        chunk.bio.write(b"".join(pieces))
 
     def flush(self) -> None:
         """Hand everything to the operating system, as a chunk: what a reader finds if the process is killed now.
 
         Raises OSError as ``write`` does.
         """
-        index = self._storage.chunk.msgs
-        if not index:
-            return
-        self._count(index)
-        with self._keeping_whole_chunks():
-            self._close_chunk()
-            self._storage.bio.flush()
-        self._safe_bytes = self._storage.bio.tell()
-        self.written += sum(map(len, index.values()))
-
-    def _close_chunk(self) -> None:
-        """Add the chunk to the file, with the checksum of its records, in whose place rosbags writes "none"."""
-        file, begin = self._storage.bio, self._storage.bio.tell()
-        checksum = zlib.crc32(self._storage.chunk.bio.getbuffer())
-        self._storage.close_chunk()
-        file.seek(begin + _TO_CHECKSUM)
-        file.write(_CHECKSUM.pack(checksum))
-        file.seek(0, os.SEEK_END)
-
-    def _count(self, index: dict[int, list[tuple[int, int]]]) -> None:
-        """Note of the messages in a chunk what rosbags notes of each, for chunk, file and metadata.yaml."""
-        for channel, places in index.items():
-            self._storage.channel_stats[channel] += len(places)
-            self._bag.counts[channel] += len(places)
-        first_ns = min(time_ns for places in index.values() for time_ns, _ in places)
-        last_ns = max(time_ns for places in index.values() for time_ns, _ in places)
-        for noted in (self._storage.chunk, self._storage):
-            noted.message_start_time = min(noted.message_start_time, first_ns)
-            noted.message_end_time = max(noted.message_end_time, last_ns)
-        self._bag.min_timestamp = min(self._bag.min_timestamp, first_ns)
-        self._bag.max_timestamp = max(self._bag.max_timestamp, last_ns)
+        if self._unwritten:
+            with self._keeping_whole_chunks():
+                self._mcap.flush()
+                self._safe_bytes = self._file.tell()
+            self.written += self._unwritten
+            self._unwritten = self._unwritten_bytes = 0
 
     @contextlib.contextmanager
     def _keeping_whole_chunks(self) -> Iterator[None]:
@@ -130,21 +110,54 @@ class BagWriter:
 
     def close(self) -> None:
         """Write index and metadata.yaml. Raises OSError as ``write`` does; a second call does nothing."""
-        if self._is_open:
-            self.flush()
-            with self._keeping_whole_chunks():
-                self._bag.close()
-            self._is_open = False
+        if not self._is_open:
+            return
+        self.flush()
+        about = self._description()
+        with self._keeping_whole_chunks():
+            self._mcap.add_metadata("rosbag2", {"serialized_metadata": _yaml(about).strip()})
+            self._mcap.finish()
+            self._file.close()
+            self._safe_bytes = None
+            unfinished = self._folder / "metadata.yaml.tmp"
+            unfinished.write_text(_yaml({"rosbag2_bagfile_information": about}), encoding="utf-8")
+            unfinished.replace(self._folder / "metadata.yaml")
+        self._is_open = False
 
     def abandon(self) -> None:
         """Close without index and metadata.yaml, after the last whole chunk."""
         self._is_open = False
         with contextlib.suppress(OSError):  # it tries once more to write what did not fit
-            self._storage.bio.close()
+            self._file.close()
         with contextlib.suppress(OSError):  # somebody has removed it
-            if self._bag.storage is not None:  # else it has its index, and only the description could not be written
-                os.truncate(self._storage.path, self._safe_bytes)
-            self._bag.metapath.with_suffix(".yaml.tmp").unlink(missing_ok=True)
+            if self._safe_bytes is not None:  # else it has its index, and only the description could not be written
+                os.truncate(file_in(self._folder), self._safe_bytes)
+            (self._folder / "metadata.yaml.tmp").unlink(missing_ok=True)
+
+    def _description(self) -> dict[str, Any]:
+        """What metadata.yaml says of the bag, as rosbag2 of Jazzy does."""
+        begins = {"nanoseconds_since_epoch": self._first_ns}
+        lasts = {"nanoseconds": max(0, self._last_ns - self._first_ns)}
+        count = sum(self._counts)
+        return {
+            "version": VERSION,
+            "storage_identifier": "mcap",
+            "relative_file_paths": [file_in(self._folder).name],
+            "duration": lasts,
+            "starting_time": begins,
+            "message_count": count,
+            "topics_with_message_count": [
+                {"topic_metadata": _metadata(topic), "message_count": number}
+                for topic, number in zip(self._topics, self._counts, strict=True)
+            ],
+            "compression_format": "",
+            "compression_mode": "",
+            "files": [
+                {"path": file_in(self._folder).name, "starting_time": begins, "duration": lasts, "message_count": count}
+            ],
+            "custom_data": None,
+            "ros_distro": "jazzy",
+        }
 
     def __enter__(self) -> "BagWriter":
         return self
@@ -157,46 +170,65 @@ class BagWriter:
             self.abandon()
 
 
-def _open(folder: Path) -> Any:
-    """rosbags' writer, with its file made: ``NAME_0.mcap``, as rosbag2 names the first file of the folder NAME.
-
-    rosbags leaves the number out, and then ``ros2 bag reindex`` does not see the file. Raises BagError when it cannot
-    be made.
-    """
-    require()
-    from rosbags.rosbag2 import StoragePlugin, Writer, WriterError
-
+def _open(folder: Path) -> BinaryIO:
+    """The file of a new bag. Raises BagError when it cannot be made."""
     try:
-        bag = Writer(folder, version=9, storage_plugin=StoragePlugin.MCAP)
-        bag.open()
-        bag.storage.path = bag.storage.path.rename(file_in(folder))
-    except WriterError:
+        folder.mkdir(parents=True)
+        return file_in(folder).open("xb")
+    except FileExistsError:
         raise BagError(f"{folder} exists already; give a folder that does not exist yet") from None
     except OSError as reason:
         raise BagError(f"{folder} cannot be made ({reason.strerror}); give a folder that can be") from None
-    return bag
+
+
+def _start(file: BinaryIO) -> Any:
+    """The writer of an MCAP file for ROS 2, whose chunks end where ``flush`` ends them."""
+    from mcap.writer import CompressionType, Writer
+
+    mcap = Writer(file, chunk_size=2**62, compression=CompressionType.NONE)
+    mcap.start("ros2", f"rigid_body_sim-{__version__}")
+    return mcap
 
 
 def file_in(folder: Path) -> Path:
-    """The file of a bag that is written here."""
+    """The file of a bag that is written here, named as rosbag2 names the first one, else `reindex` does not see it."""
     return folder / f"{folder.name}_0.mcap"
 
 
-def _qos(topic: Topic) -> Any:
-    from rosbags.interfaces import Qos, QosDurability, QosHistory, QosLiveliness, QosReliability, QosTime
+def _metadata(topic: Topic) -> dict[str, Any]:
+    return {
+        "name": topic.name,
+        "type": topic.type,
+        "serialization_format": "cdr",
+        "offered_qos_profiles": [_qos(topic)],
+        "type_description_hash": typestore().hash_rihs01(topic.type),
+    }
 
-    for_ever = QosTime(0x7FFFFFFFFFFFFFFF // 1_000_000_000, 0x7FFFFFFFFFFFFFFF % 1_000_000_000)
-    return Qos(
-        QosHistory[topic.history.upper()],
-        topic.depth,
-        QosReliability[topic.reliability.upper()],
-        QosDurability[topic.durability.upper()],
-        deadline=for_ever,
-        lifespan=for_ever,
-        liveliness=QosLiveliness.AUTOMATIC,
-        liveliness_lease_duration=for_ever,
-        avoid_ros_namespace_conventions=False,
-    )
+
+def _qos(topic: Topic) -> dict[str, Any]:
+    return {
+        "history": topic.history,
+        "depth": topic.depth,
+        "reliability": topic.reliability,
+        "durability": topic.durability,
+        "deadline": _FOR_EVER,
+        "lifespan": _FOR_EVER,
+        "liveliness": "automatic",
+        "liveliness_lease_duration": _FOR_EVER,
+        "avoid_ros_namespace_conventions": False,
+    }
+
+
+class _Plain(yaml.SafeDumper):
+    """Without anchors: what is there twice is written twice, as rosbag2 does."""
+
+    def ignore_aliases(self, data: Any) -> bool:
+        return True
+
+
+def _yaml(content: Any) -> str:
+    text: str = yaml.dump(content, Dumper=_Plain, sort_keys=False, default_flow_style=False)
+    return text
 
 
 def serialised_text(text: str) -> bytes:
