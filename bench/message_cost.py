@@ -17,7 +17,7 @@ from rclpy.node import Node
 from rclpy.serialization import deserialize_message, serialize_message
 
 from rigid_body_sim.command_line import takes_nothing
-from rigid_body_sim.ros import cdr, messages
+from rigid_body_sim.ros import messages, templates
 from rigid_body_sim.ros.executor import executor_for
 from rigid_body_sim.ros.outputs import Channel, Motion, Outputs
 from rigid_body_sim.ros.wrench_reader import WrenchReader
@@ -47,8 +47,8 @@ def publish_costs(channel: Channel, node: Node, motion: Motion) -> list[float]:
     output = channel.output
     values = output.values(motion)
     publisher = node.create_publisher(type(output.message), TOPIC + output.topic.strip("/"), output.depth)
-    template = cdr.Template(output.message, output.fields, output.stamp)
-    typed = cdr.Typed(output.message, output.fields, output.stamp)
+    template = templates.Template(output.message, output.fields, output.stamp)
+    typed = templates.Typed(output.message, output.fields, output.stamp)
     return costs(
         lambda: publisher.publish(typed.write(1, values)),
         lambda: publisher.publish(template.write(1, values)),

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from . import cdr
+from ..messages.cdr import LAYOUTS
 from .rosbags_support import BagError
 
 TEXT = "std_msgs/msg/String"
@@ -39,7 +39,7 @@ class Topic:
 
     def __post_init__(self) -> None:
         # Whether the messages themselves are read, too.
-        self.wanted = self.kind in cdr.LAYOUTS or (self.kind == TEXT and self.name.split("/")[-1] == JOURNAL)
+        self.wanted = self.kind in LAYOUTS or (self.kind == TEXT and self.name.split("/")[-1] == JOURNAL)
 
     def __len__(self) -> int:
         return self.not_taken + len(self.receive_ns)

@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..kernels.arrays import Floats, Integers
+from ..messages.cdr import LAYOUTS
 from ..scene.schema import shown_name
-from . import cdr, files, unpacking
+from . import codec, files, unpacking
 from .content import TEXT, Channel, DamagedError, Losses, Topic
 from .rosbags_support import BagError, require, typestore
 
@@ -47,7 +48,7 @@ class Messages:
 
 
 @dataclass(frozen=True)
-class Recording:
+class Bag:
     """What a bag holds of the kinds known here, by topic; ``notes`` are sentences about how it was read."""
 
     path: Path
@@ -61,7 +62,7 @@ class Recording:
     notes: list[str] = field(default_factory=list)
 
 
-def read(path: str | os.PathLike[str], *, recover: bool = False) -> Recording:
+def read(path: str | os.PathLike[str], *, recover: bool = False) -> Bag:
     """What is in a bag: a folder, or a lone file, of MCAP or SQLite, packed or not.
 
     With ``recover``, of a bag that is not whole what is. Raises BagError: for what is no bag, is damaged, not whole or
@@ -80,51 +81,51 @@ def read(path: str | os.PathLike[str], *, recover: bool = False) -> Recording:
         raise BagError(f"{path}: cannot be read, it is damaged or of an unknown kind: {text}") from None
 
 
-def _read(path: Path, losses: Losses) -> Recording:
+def _read(path: Path, losses: Losses) -> Bag:
     contents = files.gather(path, losses)
-    recording = Recording(path, notes=losses.notes)
+    bag = Bag(path, notes=losses.notes)
     for topic in contents.values():
-        (recording.types if len(topic) else recording.silent)[topic.name] = topic.kind
-        recording.counts[topic.name] = recording.counts.get(topic.name, 0) + len(topic)
-    if not recording.types:
+        (bag.types if len(topic) else bag.silent)[topic.name] = topic.kind
+        bag.counts[topic.name] = bag.counts.get(topic.name, 0) + len(topic)
+    if not bag.types:
         raise BagError(f"{path}: holds no message; give a bag with wrench commands or poses")
     for topic in sorted(contents.values(), key=lambda topic: topic.kind != TEXT):  # the journal first
         if topic.wanted and len(topic):
-            _take(recording, topic)
-    return recording
+            _take(bag, topic)
+    return bag
 
 
-def _take(recording: Recording, topic: Topic) -> None:
-    """Put the messages of a topic where they belong in the recording."""
-    _check(recording, topic)
+def _take(bag: Bag, topic: Topic) -> None:
+    """Put the messages of a topic where they belong in the bag."""
+    _check(bag, topic)
     topic.data = [unpacking.message(data) if data.startswith(unpacking.ZSTD) else data for data in topic.data]
     if topic.kind == TEXT:
-        if recording.journal:
-            raise BagError(f"{recording.path}: has journals of several nodes; give a bag of one node")
-        texts = [_text(recording.path, topic, data) for data in topic.data]
-        recording.journal.extend([texts[i] for i in np.argsort(topic.receive_ns, kind="stable")])
+        if bag.journal:
+            raise BagError(f"{bag.path}: has journals of several nodes; give a bag of one node")
+        texts = [_text(bag.path, topic, data) for data in topic.data]
+        bag.journal.extend([texts[i] for i in np.argsort(topic.receive_ns, kind="stable")])
         return
-    messages = _messages(recording, topic)
-    for home, kinds in ((recording.wrenches, WRENCHES), (recording.poses, POSES), (recording.twists, TWISTS)):
+    messages = _messages(bag, topic)
+    for home, kinds in ((bag.wrenches, WRENCHES), (bag.poses, POSES), (bag.twists, TWISTS)):
         if topic.kind in kinds:
             if topic.name in home:
-                raise BagError(f"{recording.path}: topic {topic.name} has messages of two types; give a bag with one")
-            home[topic.name] = _meant(messages, topic.kind, home is recording.poses)
+                raise BagError(f"{bag.path}: topic {topic.name} has messages of two types; give a bag with one")
+            home[topic.name] = _meant(messages, topic.kind, home is bag.poses)
 
 
-def _messages(recording: Recording, topic: Topic) -> Messages:
+def _messages(bag: Bag, topic: Topic) -> Messages:
     """The messages, with all doubles in them."""
-    layout, bad = cdr.LAYOUTS[topic.kind], list[int]()
-    stamp_ns, frame_ids, child_ids, values, unusual = cdr.decode(topic.data, layout)
+    layout, bad = LAYOUTS[topic.kind], list[int]()
+    stamp_ns, frame_ids, child_ids, values, unusual = codec.decode(topic.data, layout)
     for i in unusual.tolist():
         try:
-            stamp_ns[i], frame_ids[i], child_ids[i], values[i] = cdr.decode_one(topic.data[i], layout)
-        except cdr.NotCdrError as reason:
-            if not (recording.journal and topic.kind in WRENCHES):
-                raise _not_one(recording.path, topic, topic.data[i], f"message {i + 1}", reason) from None
+            stamp_ns[i], frame_ids[i], child_ids[i], values[i] = codec.decode_one(topic.data[i], layout)
+        except codec.NotCdrError as reason:
+            if not (bag.journal and topic.kind in WRENCHES):
+                raise _not_one(bag.path, topic, topic.data[i], f"message {i + 1}", reason) from None
             bad.append(i)
     if bad:  # the node records what it refuses, too
-        recording.notes.append(f"{len(bad)} messages on {topic.name} are no {topic.kind}: left out, as the node does.")
+        bag.notes.append(f"{len(bad)} messages on {topic.name} are no {topic.kind}: left out, as the node does.")
     order = np.argsort(topic.receive_ns, kind="stable")  # files of one bag may overlap
     order = order[~np.isin(order, bad)]
     receive_ns = np.array(topic.receive_ns, np.int64)
@@ -142,8 +143,8 @@ def _meant(messages: Messages, kind: str, poses: bool) -> Messages:
 
 def _text(path: Path, topic: Topic, data: bytes) -> str:
     try:
-        return cdr.decode_text(data)
-    except cdr.NotCdrError as reason:
+        return codec.decode_text(data)
+    except codec.NotCdrError as reason:
         raise _not_one(path, topic, data, "a message", reason) from None
 
 
@@ -152,34 +153,32 @@ def _not_one(path: Path, topic: Topic, data: bytes, which: str, reason: Exceptio
     return BagError(f"{path}: {what}: it {reason}")
 
 
-def _check(recording: Recording, topic: Topic) -> None:
+def _check(bag: Bag, topic: Topic) -> None:
     """Raise BagError where the bag says that messages have another encoding, or other fields than in ROS 2 Jazzy."""
     for channel in topic.channels:
         if not channel.encoding.startswith("cdr") and channel.encoding:  # else the message itself tells which CDR
             raise BagError(
-                f"{recording.path}: topic {topic.name} is encoded as {channel.encoding!r}, which is not known here; "
+                f"{bag.path}: topic {topic.name} is encoded as {channel.encoding!r}, which is not known here; "
                 "give a bag with messages in CDR, as ROS 2 has them"
             )
         if channel.definition:
-            _check_definition(recording, topic, channel)
+            _check_definition(bag, topic, channel)
 
 
-def _check_definition(recording: Recording, topic: Topic, channel: Channel) -> None:
+def _check_definition(bag: Bag, topic: Topic, channel: Channel) -> None:
     if len(channel.definition) > MOST_DEFINITION:
         size = len(channel.definition)
         raise DamagedError(f"the definition of {topic.kind} has {size} characters; at most {MOST_DEFINITION} are read")
     try:
         types = _types(topic.kind, channel)
     except Exception:  # whatever rosbags makes of texts that it cannot read
-        recording.notes.append(
-            f"The definition of {topic.kind} in the bag cannot be read: that of ROS 2 Jazzy is taken."
-        )
+        bag.notes.append(f"The definition of {topic.kind} in the bag cannot be read: that of ROS 2 Jazzy is taken.")
         return
     for name, fields in types.items():
         known = typestore().fielddefs.get(name)
         if known is None or known[1] != fields:
             raise BagError(
-                f"{recording.path}: topic {topic.name} holds {topic.kind} in which {name} has other fields than in "
+                f"{bag.path}: topic {topic.name} holds {topic.kind} in which {name} has other fields than in "
                 "ROS 2 Jazzy; convert the bag"
             )
 

@@ -7,8 +7,9 @@ from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
+from ..messages.cdr import serialised_text
 from . import journal
-from .writing import BagWriter, Topic, serialised_text
+from .writing import BagWriter, Topic
 
 CAPACITY = 16_000_000  # bytes in the buffer: 3 s of pose and twist at 10 kHz
 _BESIDE_DATA = 100  # bytes that an entry of the buffer has beside those of its message, about

@@ -16,7 +16,7 @@ from ..values.state import State
 from . import journal as journals
 from . import timing, topics
 from .comparison import angles
-from .reading import ODOMETRY, POSE, TWIST, Messages, Recording
+from .reading import ODOMETRY, POSE, TWIST, Bag, Messages
 from .rosbags_support import BagError
 
 NANOSECONDS = 1_000_000_000
@@ -81,47 +81,47 @@ class Scenario:
 # What to simulate -----------------------------------------------------------------------------------------------------
 
 
-def scene_of(recording: Recording) -> Scene | None:
+def scene_of(bag: Bag) -> Scene | None:
     """The scene in the bag's journal; None without a journal. Raises BagError for a journal that cannot be read."""
-    return journals.beginning(journals.read(recording.journal)).scene if recording.journal else None
+    return journals.beginning(journals.read(bag.journal)).scene if bag.journal else None
 
 
-def prepare(recording: Recording, scene: Scene, choices: Choices = BY_WHAT_IS_THERE) -> Scenario:
+def prepare(bag: Bag, scene: Scene, choices: Choices = BY_WHAT_IS_THERE) -> Scenario:
     """What a bag says about a run of this scene. Raises BagError when that cannot be simulated again."""
-    pose = topics.pose(recording, scene, choices.pose)
-    twist = topics.twist(recording, pose)
-    notes = list(recording.notes)
-    if recording.journal:
-        return _by_journal(recording, scene, pose, twist, notes)
-    names = topics.commands(recording, scene, choices.topics)
+    pose = topics.pose(bag, scene, choices.pose)
+    twist = topics.twist(bag, pose)
+    notes = list(bag.notes)
+    if bag.journal:
+        return _by_journal(bag, scene, pose, twist, notes)
+    names = topics.commands(bag, scene, choices.topics)
     if not names and pose is None:
         raise BagError(
-            f"{recording.path}: has no topic of type {topics.A_COMMAND} with commands and none with poses, of type "
-            f"{topics.A_POSE}; it has {topics.there(recording)}"
+            f"{bag.path}: has no topic of type {topics.A_COMMAND} with commands and none with poses, of type "
+            f"{topics.A_POSE}; it has {topics.there(bag)}"
         )
-    notes += _not_taken(recording, names)
-    if further := topics.not_compared(recording, pose):
-        notes.append(f"Not compared: {topics.counted(recording, further)}; --pose chooses.")
+    notes += _not_taken(bag, names)
+    if further := topics.not_compared(bag, pose):
+        notes.append(f"Not compared: {topics.counted(bag, further)}; --pose chooses.")
     if pose is None:
-        return _without_poses(recording, scene, names, choices, notes)
-    return _by_commands(recording, scene, names, pose, twist, choices, notes)
+        return _without_poses(bag, scene, names, choices, notes)
+    return _by_commands(bag, scene, names, pose, twist, choices, notes)
 
 
-def _not_taken(recording: Recording, names: Sequence[str]) -> list[str]:
+def _not_taken(bag: Bag, names: Sequence[str]) -> list[str]:
     """Sentences about what moved the body, perhaps, and is not taken for that."""
     notes = []
     if not names:
         notes.append(f"The bag has no commands of type {topics.A_COMMAND}: the motion is a free one.")
-    if unknown := topics.left_out(recording, names):
-        told = topics.counted(recording, unknown)
+    if unknown := topics.left_out(bag, names):
+        told = topics.counted(bag, unknown)
         notes.append(f"Left out, because only a journal tells when they took effect: {told}.")
-    if others := topics.not_used(recording, names):
-        notes.append(f"Not used: {topics.counted(recording, others)}; --topic chooses, once for each topic.")
+    if others := topics.not_used(bag, names):
+        notes.append(f"Not used: {topics.counted(bag, others)}; --topic chooses, once for each topic.")
     return notes
 
 
 def _by_commands(
-    recording: Recording,
+    bag: Bag,
     scene: Scene,
     names: Sequence[str],
     pose: str,
@@ -129,17 +129,17 @@ def _by_commands(
     choices: Choices,
     notes: list[str],
 ) -> Scenario:
-    _check_frames(recording, pose, scene)
-    poses, twists = _poses_in_order(recording, pose, notes), _twists(recording, twist, scene)
-    first, start, told = _start(recording, scene, pose, poses, twists, choices.start)
+    _check_frames(bag, pose, scene)
+    poses, twists = _poses_in_order(bag, pose, notes), _twists(bag, twist, scene)
+    first, start, told = _start(bag, scene, pose, poses, twists, choices.start)
     notes.append(told)
     poses = _chosen(poses, slice(first, None))
     epoch_ns = 0 if scene["lockstep"] and start is None else int(poses.stamp_ns[0])
     notes.append(_between_steps(poses.stamp_ns - epoch_ns, scene["rate"]))
     if scene["lockstep"]:
-        commands = _in_lockstep(recording, names, scene, poses if start else None, notes)
+        commands = _in_lockstep(bag, names, scene, poses if start else None, notes)
     else:
-        commands = _since(epoch_ns, _by_time(recording, scene, names, poses, choices.times, notes))
+        commands = _since(epoch_ns, _by_time(bag, scene, names, poses, choices.times, notes))
     return Scenario(
         epoch_ns,
         poses.stamp_ns,
@@ -148,23 +148,23 @@ def _by_commands(
         poses.values,
         pose,
         twist or topics.beside(pose, "twist"),
-        _out_topics(recording, pose, twist),
+        _out_topics(bag, pose, twist),
         start,
         commands,
         notes=tuple(filter(None, notes)),
     )
 
 
-def _poses_in_order(recording: Recording, pose: str, notes: list[str]) -> Messages:
-    poses = _true_poses(recording, pose, notes)
+def _poses_in_order(bag: Bag, pose: str, notes: list[str]) -> Messages:
+    poses = _true_poses(bag, pose, notes)
     notes.append(timing.oddities(f"Stamps of {pose}", poses.stamp_ns))
-    poses = _chosen(poses, timing.order(recording.path, pose, poses.stamp_ns, CUT_OR_RECORD))
+    poses = _chosen(poses, timing.order(bag.path, pose, poses.stamp_ns, CUT_OR_RECORD))
     return _chosen(poses, timing.last_of_equal(poses.stamp_ns))
 
 
-def _true_poses(recording: Recording, pose: str, notes: list[str]) -> Messages:
+def _true_poses(bag: Bag, pose: str, notes: list[str]) -> Messages:
     """The poses without those that are none: they are counted. Raises BagError when none is left."""
-    poses = recording.poses[pose]
+    poses = bag.poses[pose]
     finite, turned = np.isfinite(poses.values), poses.values[:, 3:] != 0.0
     true: NDArray[np.bool_] = np.all(finite, axis=1) & np.any(turned, axis=1)
     if true.all():
@@ -175,17 +175,17 @@ def _true_poses(recording: Recording, pose: str, notes: list[str]) -> Messages:
         f"is message {first + 1}, stamped {timing.seconds(int(poses.stamp_ns[first]))}"
     )
     if not true.any():
-        raise BagError(f"{recording.path}: {found}; give a bag with poses, or another topic with --pose")
+        raise BagError(f"{bag.path}: {found}; give a bag with poses, or another topic with --pose")
     notes.append(f"{found}: left out.")
     return _chosen(poses, true)
 
 
-def _by_journal(recording: Recording, scene: Scene, pose: str | None, twist: str | None, notes: list[str]) -> Scenario:
+def _by_journal(bag: Bag, scene: Scene, pose: str | None, twist: str | None, notes: list[str]) -> Scenario:
     if pose is None:
-        raise BagError(f"{recording.path}: has a journal, but no pose to compare with; record pose, too")
-    poses = _true_poses(recording, pose, notes)
-    twists = recording.twists.get(twist or "")
-    entries = tuple(journals.read(recording.journal))
+        raise BagError(f"{bag.path}: has a journal, but no pose to compare with; record pose, too")
+    poses = _true_poses(bag, pose, notes)
+    twists = bag.twists.get(twist or "")
+    entries = tuple(journals.read(bag.journal))
     notes.append("Simulated by the node's own journal: each command takes effect at the step at which it did.")
     notes.append(_other_kernels(journals.beginning(entries)))
     return Scenario(
@@ -196,7 +196,7 @@ def _by_journal(recording: Recording, scene: Scene, pose: str | None, twist: str
         poses.values,
         pose,
         twist or topics.beside(pose, "twist"),
-        _out_topics(recording, pose, twist),
+        _out_topics(bag, pose, twist),
         journal=entries,
         notes=tuple(filter(None, notes)),
     )
@@ -208,21 +208,19 @@ def _other_kernels(beginning: journals.Beginning) -> str:
     return f"It was recorded by version {beginning.version} with other kernels: the last digits may differ."
 
 
-def _without_poses(
-    recording: Recording, scene: Scene, names: Sequence[str], choices: Choices, notes: list[str]
-) -> Scenario:
+def _without_poses(bag: Bag, scene: Scene, names: Sequence[str], choices: Choices, notes: list[str]) -> Scenario:
     """From the first command to the last, with a pose as often as the scene publishes one."""
     if scene["lockstep"] or choices.start == BAG:
         what = "lockstep" if scene["lockstep"] else "--start bag"
-        raise BagError(f"{recording.path}: has no poses, which {what} needs; record pose and twist, too")
+        raise BagError(f"{bag.path}: has no poses, which {what} needs; record pose and twist, too")
     notes.append("The bag has no poses: the scene's initial state is where the first command takes effect.")
-    commands = _by_time(recording, scene, names, None, choices.times, notes)
+    commands = _by_time(bag, scene, names, None, choices.times, notes)
     epoch_ns = int(commands.time_ns[0])
     commands = _since(epoch_ns, commands)
     period = scene.steps_per_publish * NANOSECONDS / scene["rate"]
     count = int(commands.time_ns[-1] // period) + 2
     if count > MOST_POSES:
-        raise BagError(f"{recording.path}: its commands span {count:.3g} poses at this publish_rate; give a lower one")
+        raise BagError(f"{bag.path}: its commands span {count:.3g} poses at this publish_rate; give a lower one")
     stamp_ns = epoch_ns + np.rint(np.arange(count) * period).astype(np.int64)
     out_topics = topics.beside(names[0], "pose"), topics.beside(names[0], "twist")
     told = tuple(filter(None, notes))
@@ -250,37 +248,37 @@ def _received(twists: Messages | None, poses: Messages) -> Integers:
     return received
 
 
-def _out_topics(recording: Recording, pose: str, twist: str | None) -> tuple[str, str]:
+def _out_topics(bag: Bag, pose: str, twist: str | None) -> tuple[str, str]:
     """As recorded, where the messages are of the types that are written."""
     twist = twist or topics.beside(pose, "twist")
     return (
-        pose if recording.types[pose] == POSE else topics.beside(pose, "pose"),
-        twist if recording.types.get(twist, TWIST) == TWIST else topics.beside(twist, "twist"),
+        pose if bag.types[pose] == POSE else topics.beside(pose, "pose"),
+        twist if bag.types.get(twist, TWIST) == TWIST else topics.beside(twist, "twist"),
     )
 
 
-def _check_frames(recording: Recording, pose: str, scene: Scene) -> None:
-    messages = recording.poses[pose]
+def _check_frames(bag: Bag, pose: str, scene: Scene) -> None:
+    messages = bag.poses[pose]
     for name in dict.fromkeys(messages.frame_ids.tolist()):
         if name.removeprefix("/") not in (scene["world_frame_id"], ""):
             raise BagError(
-                f"{recording.path}: {pose} is in frame {name!r}, the scene's world is {scene['world_frame_id']!r}; "
+                f"{bag.path}: {pose} is in frame {name!r}, the scene's world is {scene['world_frame_id']!r}; "
                 "give the scene of this bag with --scene, or another topic with --pose"
             )
     for name in dict.fromkeys(messages.child_ids.tolist()):
         if name.removeprefix("/") not in (scene["body.frame_id"], ""):
             raise BagError(
-                f"{recording.path}: {pose} is of frame {name!r}, the scene's body is {scene['body.frame_id']!r}; "
+                f"{bag.path}: {pose} is of frame {name!r}, the scene's body is {scene['body.frame_id']!r}; "
                 "give the scene of this bag with --scene, or another topic with --pose"
             )
 
 
-def _twists(recording: Recording, twist: str | None, scene: Scene) -> Messages | None:
+def _twists(bag: Bag, twist: str | None, scene: Scene) -> Messages | None:
     """The twists on that topic; those of an Odometry without a child frame are the body's, in its axes."""
     if twist is None:
         return None
-    twists = recording.twists[twist]
-    if recording.types[twist] != ODOMETRY:
+    twists = bag.twists[twist]
+    if bag.types[twist] != ODOMETRY:
         return twists
     frames = [name or scene["body.frame_id"] for name in twists.frame_ids.tolist()]
     return replace(twists, frame_ids=np.array(frames, object))
@@ -290,7 +288,7 @@ def _twists(recording: Recording, twist: str | None, scene: Scene) -> Messages |
 
 
 def _start(
-    recording: Recording, scene: Scene, pose: str, poses: Messages, twists: Messages | None, asked: str | None
+    bag: Bag, scene: Scene, pose: str, poses: Messages, twists: Messages | None, asked: str | None
 ) -> tuple[int, State | None, str]:
     """Index of the pose to start with, the state there (None: the scene's), and a sentence about it."""
     at = f"the first pose, stamped {timing.seconds(int(poses.stamp_ns[0]))}"
@@ -301,11 +299,11 @@ def _start(
     first = _first_with_twist(poses, twists)
     if first is None or twists is None:
         raise BagError(
-            f"{recording.path}: begins after the start, and no twist of the body tells the velocities at the first "
+            f"{bag.path}: begins after the start, and no twist of the body tells the velocities at the first "
             f"pose of {pose}; give --start scene, or a scene with them in initial.*"
         )
     index, twist = first
-    state = _state(recording, scene, poses, index, twists, twist)
+    state = _state(bag, scene, poses, index, twists, twist)
     at = timing.seconds(int(poses.stamp_ns[index]))
     why = "as asked for" if asked else "the bag begins after the scene's initial state"
     return index, state, f"Starts from the recorded pose and twist stamped {at}: {why}."
@@ -338,12 +336,12 @@ def _first_with_twist(poses: Messages, twists: Messages | None) -> tuple[int, in
     return (int(pose[0]), int(twist[0])) if len(pose) else None
 
 
-def _state(recording: Recording, scene: Scene, poses: Messages, index: int, twists: Messages, twist: int) -> State:
+def _state(bag: Bag, scene: Scene, poses: Messages, index: int, twists: Messages, twist: int) -> State:
     values, frame = poses.values[index].tolist(), twists.frame_ids[twist].removeprefix("/")
     orientation, velocity, w = values[3:7], twists.values[twist, :3].tolist(), twists.values[twist, 3:].tolist()
     if frame not in (scene["body.frame_id"], scene["world_frame_id"]):
         raise BagError(
-            f"{recording.path}: twists are in frame {frame!r}; the scene knows {scene['body.frame_id']!r} and "
+            f"{bag.path}: twists are in frame {frame!r}; the scene knows {scene['body.frame_id']!r} and "
             f"{scene['world_frame_id']!r}"
         )
     try:
@@ -354,14 +352,14 @@ def _state(recording: Recording, scene: Scene, poses: Messages, index: int, twis
             w = rotation.rotate_back(orientation, w).tolist()
         return State(values[:3], orientation, velocity, w)
     except ValueError as reason:
-        raise BagError(f"{recording.path}: cannot start from the recorded pose and twist: {reason}") from None
+        raise BagError(f"{bag.path}: cannot start from the recorded pose and twist: {reason}") from None
 
 
 # Commands -------------------------------------------------------------------------------------------------------------
 
 
 def _by_time(
-    recording: Recording,
+    bag: Bag,
     scene: Scene,
     names: Sequence[str],
     poses: Messages | None,
@@ -371,10 +369,10 @@ def _by_time(
     """In the order in which they took effect, with times as in the poses' stamps."""
     chosen, times_ns, longest_ns = [], [], scene["wrench.timeout"] * NANOSECONDS or math.inf
     for name in names:
-        messages = recording.wrenches[name]
+        messages = bag.wrenches[name]
         times = timing.of_commands(messages, poses, asked)
         notes += [_told(name, times), timing.oddities(f"Times of {name}", times.ns, longest_ns)]
-        order = timing.order(recording.path, name, times.ns, "choose --times receive, or cut the bag there")
+        order = timing.order(bag.path, name, times.ns, "choose --times receive, or cut the bag there")
         chosen.append(_chosen(messages, order))
         times_ns.append(times.ns[order])
     return _merged(names, chosen, times_ns)
@@ -388,16 +386,14 @@ def _told(name: str, times: timing.Times) -> str:
     return f"Commands on {name} take effect at {times.source}."
 
 
-def _in_lockstep(
-    recording: Recording, names: Sequence[str], scene: Scene, start: Messages | None, notes: list[str]
-) -> Commands:
+def _in_lockstep(bag: Bag, names: Sequence[str], scene: Scene, start: Messages | None, notes: list[str]) -> Commands:
     """In the order in which they were received; of a bag that begins late, those after its first pose."""
     if names:
         notes.append(
             f"Lockstep: each command on {names[0]} advances the simulation by {scene['steps_per_command']} steps, "
             "in the order in which they were received."
         )
-    given = [recording.wrenches[name] for name in names]
+    given = [bag.wrenches[name] for name in names]
     merged = _merged(names, given, [messages.receive_ns for messages in given])
     if start is None:
         return merged

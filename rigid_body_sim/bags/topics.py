@@ -3,7 +3,7 @@
 from collections.abc import Collection, Mapping, Sequence
 
 from ..scene.loader import Scene
-from .reading import POSES, Messages, Recording
+from .reading import POSES, Bag, Messages
 from .rosbags_support import BagError
 
 NOT_COMMANDS = ("impulse", "wrench_applied")  # of type WrenchStamped, too
@@ -14,49 +14,49 @@ A_COMMAND = "geometry_msgs/WrenchStamped or Wrench"
 A_POSE = "geometry_msgs/PoseStamped, PoseWithCovarianceStamped or TransformStamped, or nav_msgs/Odometry"
 
 
-def commands(recording: Recording, scene: Scene, asked: Sequence[str]) -> tuple[str, ...]:
+def commands(bag: Bag, scene: Scene, asked: Sequence[str]) -> tuple[str, ...]:
     """Names of the topics with wrench commands: those asked for, else those of the scene, else the only one.
 
     The first leads in lockstep. None for a bag with poses and without commands. Raises BagError when there is neither,
     or no telling which.
     """
     if asked:
-        heard = [name for name in asked if not any(_is(silent, name) for silent in recording.silent)]
-        return tuple(_of_type(recording, name, recording.wrenches, A_COMMAND) for name in heard)
-    found = [name for name in recording.wrenches if _last(name) not in NOT_COMMANDS]
+        heard = [name for name in asked if not any(_is(silent, name) for silent in bag.silent)]
+        return tuple(_of_type(bag, name, bag.wrenches, A_COMMAND) for name in heard)
+    found = [name for name in bag.wrenches if _last(name) not in NOT_COMMANDS]
     named = [[name for name in found if _is(name, topic)] for topic in scene["wrench.topics"]]
     if any(named) and all(len(names) <= 1 for names in named):
         return tuple(dict.fromkeys(name for names in named for name in names))
     if len(found) <= 1:
         return tuple(found)
-    raise BagError(f"{recording.path}: has several topics of type {A_COMMAND}: {_listed(found)}; choose with --topic")
+    raise BagError(f"{bag.path}: has several topics of type {A_COMMAND}: {_listed(found)}; choose with --topic")
 
 
-def pose(recording: Recording, scene: Scene, asked: str | None) -> str | None:
+def pose(bag: Bag, scene: Scene, asked: str | None) -> str | None:
     """Name of the topic with the body's poses; None when there is none. Raises BagError when there is no telling.
 
     That is the one asked for, else the one named ``pose``, else ``odom``, else the only one of a type, in the order of
     POSES.
     """
     if asked is not None:
-        return _of_type(recording, asked, recording.poses, A_POSE)
-    found = [name for name in recording.poses if _last(name) != "set_pose"]
+        return _of_type(bag, asked, bag.poses, A_POSE)
+    found = [name for name in bag.poses if _last(name) != "set_pose"]
     groups = [[name for name in found if _last(name) == usual] for usual in USUAL]
-    groups += [[name for name in found if recording.types[name] == kind] for kind in POSES]
+    groups += [[name for name in found if bag.types[name] == kind] for kind in POSES]
     likeliest = next(filter(None, groups), [])
     if len(likeliest) > 1:
         raise BagError(
-            f"{recording.path}: has several topics of type {recording.types[likeliest[0]]}: {_listed(likeliest)}; "
+            f"{bag.path}: has several topics of type {bag.types[likeliest[0]]}: {_listed(likeliest)}; "
             f"choose the body's in {scene['world_frame_id']!r} with --pose"
         )
     return next(iter(likeliest), None)
 
 
-def twist(recording: Recording, pose: str | None) -> str | None:
+def twist(bag: Bag, pose: str | None) -> str | None:
     """Name of the topic with the twists: that of the poses, else ``twist`` or ``odom`` beside it, else the only one."""
     if pose is None:
         return None
-    found = [name for name in recording.twists if _last(name) != "set_twist"]
+    found = [name for name in bag.twists if _last(name) != "set_twist"]
     for name in (pose, beside(pose, "twist"), beside(pose, "odom")):
         if name in found:
             return name
@@ -68,39 +68,37 @@ def beside(topic: str, last: str) -> str:
     return f"{topic.rpartition('/')[0]}/{last}"
 
 
-def there(recording: Recording) -> str:
+def there(bag: Bag) -> str:
     """The topics of a bag and their types, in words."""
-    return _listed([f"{name} ({kind or 'without a type'})" for name, kind in recording.types.items()])
+    return _listed([f"{name} ({kind or 'without a type'})" for name, kind in bag.types.items()])
 
 
-def left_out(recording: Recording, known: Collection[str]) -> list[str]:
+def left_out(bag: Bag, known: Collection[str]) -> list[str]:
     """Topics that changed the motion, perhaps, and of whose messages only the node's own journal knows the effect."""
-    return [name for name in recording.types if _last(name) in OTHERS and name not in known]
+    return [name for name in bag.types if _last(name) in OTHERS and name not in known]
 
 
-def not_used(recording: Recording, known: Collection[str]) -> list[str]:
+def not_used(bag: Bag, known: Collection[str]) -> list[str]:
     """Further topics that may be commands."""
-    return [name for name in recording.wrenches if _last(name) not in NOT_COMMANDS and name not in known]
+    return [name for name in bag.wrenches if _last(name) not in NOT_COMMANDS and name not in known]
 
 
-def not_compared(recording: Recording, pose: str | None) -> list[str]:
+def not_compared(bag: Bag, pose: str | None) -> list[str]:
     """Further topics with poses, but for those that set the state."""
-    return [name for name in recording.poses if _last(name) not in OTHERS and name != pose]
+    return [name for name in bag.poses if _last(name) not in OTHERS and name != pose]
 
 
-def counted(recording: Recording, names: Collection[str]) -> str:
+def counted(bag: Bag, names: Collection[str]) -> str:
     """Topics in words, with the number and the type of their messages."""
-    return _listed([f"{name} ({recording.counts[name]} {recording.types[name]})" for name in names])
+    return _listed([f"{name} ({bag.counts[name]} {bag.types[name]})" for name in names])
 
 
-def _of_type(recording: Recording, asked: str, messages: Mapping[str, Messages], kind: str) -> str:
-    found = [name for name in recording.types if _is(name, asked)]
+def _of_type(bag: Bag, asked: str, messages: Mapping[str, Messages], kind: str) -> str:
+    found = [name for name in bag.types if _is(name, asked)]
     if not found:
-        raise BagError(f"{recording.path}: has no topic {asked}; it has {_listed(recording.types)}")
+        raise BagError(f"{bag.path}: has no topic {asked}; it has {_listed(bag.types)}")
     if found[0] not in messages:
-        raise BagError(
-            f"{recording.path}: topic {found[0]} is of type {recording.types[found[0]]}; give one of type {kind}"
-        )
+        raise BagError(f"{bag.path}: topic {found[0]} is of type {bag.types[found[0]]}; give one of type {kind}")
     return found[0]
 
 

@@ -2,7 +2,6 @@
 
 import contextlib
 import os
-import struct
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,8 +17,6 @@ Message = tuple[int, int, bytes]  # place of its topic among the topics, time [n
 CHUNK_BYTES = 1 << 18
 VERSION = 9  # of metadata.yaml
 _FOR_EVER = dict(zip(("sec", "nsec"), divmod(2**63 - 1, 10**9), strict=True))
-_TEXT_HEAD = struct.Struct("<4sI")
-_LITTLE_ENDIAN = b"\x00\x01\x00\x00"  # plain CDR
 
 
 @dataclass(frozen=True)
@@ -229,9 +226,3 @@ class _Plain(yaml.SafeDumper):
 def _yaml(content: Any) -> str:
     text: str = yaml.dump(content, Dumper=_Plain, sort_keys=False, default_flow_style=False)
     return text
-
-
-def serialised_text(text: str) -> bytes:
-    """The text as a serialised std_msgs/msg/String (CDR)."""
-    data = text.encode() + b"\x00"
-    return _TEXT_HEAD.pack(_LITTLE_ENDIAN, len(data)) + data

@@ -13,7 +13,7 @@ from ..theory import invariants
 NANOSECONDS = 1_000_000_000
 
 
-class Recording(NamedTuple):
+class RecorderReading(NamedTuple):
     """How many messages are in the bag, how many are not, and why no more will be."""
 
     recorded: int = 0
@@ -32,7 +32,7 @@ class Reading:
     p99_ns: int  # lateness that 99 of 100 publications kept to since then
     refused: Counter[str]
     limited: int  # commands that were scaled down
-    recording: Recording
+    recording: RecorderReading
 
 
 def status(

@@ -22,7 +22,7 @@ from ..scene import file_path
 from ..scene.loader import Scene
 from ..simulation import Simulation
 from ..values.body import Body
-from . import cdr
+from . import templates
 
 QUEUE = 10
 ALWAYS = ("pose", "twist")
@@ -106,7 +106,7 @@ class Output:
     message: Any
     fields: tuple[str, ...]
     values: Callable[[Motion], Numbers]
-    stamp: str = cdr.HEADER_STAMP
+    stamp: str = templates.HEADER_STAMP
     depth: int = QUEUE
 
 
@@ -277,7 +277,7 @@ class Channel:
         self._record: Callable[[bytes], None] | None = None
         self._told = True
         self.end = self._create(node)
-        self._writer, reason = cdr.writer(output.message, output.fields, output.stamp)
+        self._writer, reason = templates.writer(output.message, output.fields, output.stamp)
         # ``Publisher.publish`` looks at the type of what it is given, which costs as much as sending the bytes.
         self._send = self.end.publish if reason else self.end.handle.publish_raw
         self._as_bytes = serialize_message if reason else bytes

@@ -103,7 +103,7 @@ class Reporter:
             self._recording(),
         )
 
-    def _recording(self) -> diagnostics.Recording:
+    def _recording(self) -> diagnostics.RecorderReading:
         if (recorder := self._recorder) is None:
-            return diagnostics.Recording()
-        return diagnostics.Recording(recorder.recorded, recorder.dropped, recorder.failure)
+            return diagnostics.RecorderReading()
+        return diagnostics.RecorderReading(recorder.recorded, recorder.dropped, recorder.failure)

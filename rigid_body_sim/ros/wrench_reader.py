@@ -3,9 +3,10 @@
 from geometry_msgs.msg import WrenchStamped
 
 from .. import commands
+from ..messages import cdr
 from ..scene.loader import Scene
 from ..values.wrench import Wrench
-from . import cdr, messages
+from . import messages
 
 
 class WrenchReader:

@@ -212,16 +212,16 @@ def _pointing(listener: "Listener") -> str:
 # Reporting ------------------------------------------------------------------------------------------------------------
 
 
-def _report(scene: Scene, heard: "Listener", arguments: argparse.Namespace) -> None:
-    recording = heard.recording()
-    rows = findings.table(recording, scene, TARGET, heard.diagnostics)
+def _report(scene: Scene, listener: "Listener", arguments: argparse.Namespace) -> None:
+    heard = listener.heard()
+    rows = findings.table(heard, scene, TARGET, listener.diagnostics)
     width = max(map(len, rows))
     print("\n".join(f"{name:{width}}  {text}" for name, text in rows.items()))
-    first, last = np.degrees(recording.error(TARGET)[[0, -1]])
+    first, last = np.degrees(heard.error(TARGET)[[0, -1]])
     name = arguments.scene.stem.replace("_", " ")
     title = f"{name}, turned from {first:.0f}° to {last:.1g}° off its target by a controller that knows only ROS topics"
     try:
-        demo_plot.draw(recording, TARGET, MAX_TORQUE, title, arguments.out)
+        demo_plot.draw(heard, TARGET, MAX_TORQUE, title, arguments.out)
     except ImportError:
         print(f"{'picture':{width}}  none: it needs matplotlib ({HOW_TO_INSTALL})")
     else:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .recording import Recording
+from .heard import Heard
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -16,37 +16,37 @@ BLACK, ORANGE, BLUE, GREEN = "#000000", "#E69F00", "#0072B2", "#009E73"
 AXES = (("x", BLUE), ("y", ORANGE), ("z", GREEN))
 
 
-def draw(recording: Recording, target: ArrayLike, max_torque: float, title: str, path: str | os.PathLike[str]) -> None:
+def draw(heard: Heard, target: ArrayLike, max_torque: float, title: str, path: str | os.PathLike[str]) -> None:
     """Write the picture to ``path``; the file's ending tells the format. Raises ImportError without matplotlib."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(10.0, 8.6), dpi=120, layout="constrained")
     panels = figure.subplots(3, 1, sharex=True, height_ratios=(1.2, 1.0, 1.0))
     figure.suptitle(title, fontsize=13)
-    _draw_error(panels[0], recording, target)
-    _draw_rates(panels[1], recording)
-    _draw_torque(panels[2], recording, max_torque)
+    _draw_error(panels[0], heard, target)
+    _draw_rates(panels[1], heard)
+    _draw_torque(panels[2], heard, max_torque)
     for panel in panels:
         panel.grid(True, color="#DDDDDD", linewidth=0.7)
         panel.set_axisbelow(True)
         panel.tick_params(labelsize=11)
     panels[-1].set_xlabel("simulated time since the first pose [s]", fontsize=12)
-    panels[-1].set_xlim(0.0, 1.005 * recording.time[-1])  # so that the last tick keeps its number
+    panels[-1].set_xlim(0.0, 1.005 * heard.time[-1])  # so that the last tick keeps its number
     figure.align_ylabels(panels)
     figure.savefig(path)
 
 
-def _draw_error(panel: "Axes", recording: Recording, target: ArrayLike) -> None:
-    error = np.maximum(np.degrees(recording.error(target)), 1e-15)  # zero has no place on a logarithmic axis
-    panel.semilogy(recording.time, error, color=BLACK, linewidth=1.6)
+def _draw_error(panel: "Axes", heard: Heard, target: ArrayLike) -> None:
+    error = np.maximum(np.degrees(heard.error(target)), 1e-15)  # zero has no place on a logarithmic axis
+    panel.semilogy(heard.time, error, color=BLACK, linewidth=1.6)
     panel.set_ylabel("attitude error [deg]", fontsize=12)
-    _mark_start(panel, recording)
+    _mark_start(panel, heard)
 
 
-def _mark_start(panel: "Axes", recording: Recording) -> None:
+def _mark_start(panel: "Axes", heard: Heard) -> None:
     """Mark where control begins, unless that is where the picture begins."""
-    start = recording.command_time[0] if len(recording.command_time) else 0.0
-    if start < 0.01 * recording.time[-1]:
+    start = heard.command_time[0] if len(heard.command_time) else 0.0
+    if start < 0.01 * heard.time[-1]:
         return
     panel.axvline(start, color="#666666", linestyle=":", linewidth=1.4)
     panel.annotate(
@@ -59,17 +59,17 @@ def _mark_start(panel: "Axes", recording: Recording) -> None:
     )
 
 
-def _draw_rates(panel: "Axes", recording: Recording) -> None:
+def _draw_rates(panel: "Axes", heard: Heard) -> None:
     for index, (name, colour) in enumerate(AXES):
-        rate = np.degrees(recording.angular_velocity[:, index])
-        panel.plot(recording.time, rate, color=colour, linewidth=1.6, label=f"$\\omega_{name}$")
+        rate = np.degrees(heard.angular_velocity[:, index])
+        panel.plot(heard.time, rate, color=colour, linewidth=1.6, label=f"$\\omega_{name}$")
     panel.set_ylabel("angular rate [deg/s]\nbody axes", fontsize=12)
     _legend(panel)
 
 
-def _draw_torque(panel: "Axes", recording: Recording, max_torque: float) -> None:
-    time = np.concatenate(([0.0], recording.command_time, [recording.time[-1]]))
-    torque = 1e3 * np.vstack((np.zeros(3), recording.torque))
+def _draw_torque(panel: "Axes", heard: Heard, max_torque: float) -> None:
+    time = np.concatenate(([0.0], heard.command_time, [heard.time[-1]]))
+    torque = 1e3 * np.vstack((np.zeros(3), heard.torque))
     torque = np.vstack((torque, torque[-1]))
     for index, (name, colour) in enumerate(AXES):
         panel.step(time, torque[:, index], where="post", color=colour, linewidth=1.6, label=f"$\\tau_{name}$")

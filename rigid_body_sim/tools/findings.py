@@ -6,22 +6,22 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..scene.loader import Scene
-from .recording import NANOSECONDS, Budget, Recording, energy_budget, momentum_budget
+from .heard import NANOSECONDS, Budget, Heard, energy_budget, momentum_budget
 
 
-def table(recording: Recording, scene: Scene, target: ArrayLike, diagnostics: list[dict[str, str]]) -> dict[str, str]:
+def table(heard: Heard, scene: Scene, target: ArrayLike, diagnostics: list[dict[str, str]]) -> dict[str, str]:
     """A name and a line of text for each finding; ``diagnostics`` are the node's reports, key to value."""
-    error, body = recording.error(target), scene.body()
-    commanded = recording.commanded()
+    error, body = heard.error(target), scene.body()
+    commanded = heard.commanded()
     return {
-        "pointing error": f"{math.degrees(error[-1]):.3g} deg ({error[-1]:.3g} rad) after {recording.time[-1]:.1f} s, "
+        "pointing error": f"{math.degrees(error[-1]):.3g} deg ({error[-1]:.3g} rad) after {heard.time[-1]:.1f} s, "
         f"{math.degrees(error[0]):.3g} deg at the start",
-        "angular rate": f"{math.degrees(recording.rate()[-1]):.3g} deg/s, "
-        f"{math.degrees(recording.rate()[0]):.3g} deg/s at the start",
+        "angular rate": f"{math.degrees(heard.rate()[-1]):.3g} deg/s, "
+        f"{math.degrees(heard.rate()[0]):.3g} deg/s at the start",
         **_budget_rows("energy", energy_budget(commanded, body), "J", "work of the torque"),
         **_budget_rows("momentum", momentum_budget(commanded, body), "N m s", "torque over time"),
-        "| |q| - 1 |": f"at most {recording.norm_error():.1e}",
-        "poses": _poses_text(recording, scene.steps_per_publish / scene["rate"] * NANOSECONDS),
+        "| |q| - 1 |": f"at most {heard.norm_error():.1e}",
+        "poses": _poses_text(heard, scene.steps_per_publish / scene["rate"] * NANOSECONDS),
         "speed": _speed_text(diagnostics),
     }
 
@@ -40,11 +40,11 @@ def _numbers(value: ArrayLike) -> str:
     return values[0] if len(values) == 1 else f"[{', '.join(values)}]"
 
 
-def _poses_text(recording: Recording, period_ns: float) -> str:
-    missing = recording.missing(period_ns)
+def _poses_text(heard: Heard, period_ns: float) -> str:
+    missing = heard.missing(period_ns)
     return (
-        f"{len(recording.stamp_ns)} with their twists, {missing or 'none'} missing, stamps every "
-        f"{period_ns / 1e6:g} ms to {recording.off_grid(period_ns):.0f} ns; {len(recording.command_ns)} commands"
+        f"{len(heard.stamp_ns)} with their twists, {missing or 'none'} missing, stamps every "
+        f"{period_ns / 1e6:g} ms to {heard.off_grid(period_ns):.0f} ns; {len(heard.command_ns)} commands"
     )
 
 

@@ -1,4 +1,4 @@
-"""ROS side of the demo: a node that listens, and what it heard as a Recording."""
+"""ROS side of the demo: a node that listens, and what it heard."""
 
 import time
 from typing import Any
@@ -15,7 +15,7 @@ from std_srvs.srv import SetBool, Trigger
 from ..kernels.arrays import Floats
 from ..scene.loader import Scene
 from ..values import rotation
-from .recording import NANOSECONDS, Recording
+from .heard import NANOSECONDS, Heard
 
 ANSWER_WITHIN = 1.0  # s
 PAUSE = 0.1  # s between two calls
@@ -77,14 +77,14 @@ class Listener(Node):
         """Orientation (w, x, y, z), body → world, of the last pose heard."""
         return next(reversed(self.orientations.values()))
 
-    def recording(self) -> Recording:
+    def heard(self) -> Heard:
         """All steps of which both pose and twist were heard, and all commands."""
         stamps = sorted(self.orientations.keys() & self._rates.keys())
         orientation = np.array([self.orientations[stamp] for stamp in stamps])
         rates = np.array([self._rates[stamp] for stamp in stamps])
         if not self._twist_in_body_axes:
             rates = np.array([rotation.rotate_back(q, w) for q, w in zip(orientation, rates, strict=True)])
-        return Recording(np.array(stamps, np.int64), orientation, rates, *self._applied())
+        return Heard(np.array(stamps, np.int64), orientation, rates, *self._applied())
 
     def _applied(self) -> tuple[Floats, Floats]:
         applied_ns = np.array([applied for applied, _ in self._commands], np.int64)

@@ -12,7 +12,7 @@ from pathlib import Path
 from ..bags import resimulating, timing
 from ..bags import scenario as scenarios
 from ..bags.comparison import Comparison, Tolerance
-from ..bags.reading import Recording, read
+from ..bags.reading import Bag, read
 from ..bags.resimulating import Progress, Track
 from ..bags.rosbags_support import HOW_TO_INSTALL, BagError
 from ..bags.scenario import Choices, Scenario
@@ -159,10 +159,10 @@ def _simulate_again(options: argparse.Namespace) -> int:
     compared = options.compare or picture is not None or options.tolerance is not None or options.out is None
     if options.out is not None:
         resim_output.check(options.out)
-    recording, scene, scenario = _prepared(options)
+    bag, scene, scenario = _prepared(options)
     if compared and scenario.recorded is None:
         raise BagError(
-            f"{options.bag}: has no topic with poses to compare with, of type {A_POSE}; it has {there(recording)}; "
+            f"{options.bag}: has no topic with poses to compare with, of type {A_POSE}; it has {there(bag)}; "
             "give --out alone"
         )
     track = _timed_run(scenario, scene)
@@ -185,10 +185,10 @@ def _stem(bag: Path) -> str:
     return bag.absolute().name.split(".")[0]
 
 
-def _prepared(options: argparse.Namespace) -> tuple[Recording, Scene, Scenario]:
+def _prepared(options: argparse.Namespace) -> tuple[Bag, Scene, Scenario]:
     """Read the bag and say what is in it."""
-    recording = read(options.bag, recover=options.recover)
-    if recording.journal and (options.topic or options.times or options.start):
+    bag = read(options.bag, recover=options.recover)
+    if bag.journal and (options.topic or options.times or options.start):
         raise ValueError(
             "--topic, --times and --start are for bags without a journal, which this bag has; leave them out"
         )
@@ -196,13 +196,13 @@ def _prepared(options: argparse.Namespace) -> tuple[Recording, Scene, Scenario]:
     if options.scene is not None:
         scene, told = _scene_in(options.scene, options.node), f"Scene: {options.scene}."
     else:
-        scene, told = scenarios.scene_of(recording), "Scene: as the node recorded it."
+        scene, told = scenarios.scene_of(bag), "Scene: as the node recorded it."
     if scene is None:
         scene, told = Scene(), "Scene: the node's defaults, because neither --scene nor a journal gives one."
     choices = Choices(tuple(options.topic), options.pose, options.times, options.start)
-    scenario = scenarios.prepare(recording, scene, choices)
-    _tell(recording, scenario, told)
-    return recording, scene, scenario
+    scenario = scenarios.prepare(bag, scene, choices)
+    _tell(bag, scenario, told)
+    return bag, scene, scenario
 
 
 def _scene_in(path: Path, node: str) -> Scene:
@@ -214,7 +214,7 @@ def _scene_in(path: Path, node: str) -> Scene:
         ) from None
 
 
-def _tell(recording: Recording, scenario: Scenario, told: str) -> None:
+def _tell(bag: Bag, scenario: Scenario, told: str) -> None:
     commands = _counted(len(scenario.journal) - 1, "journal entry", "journal entries")
     if scenario.commands is not None:
         commands = _counted(len(scenario.commands.values), "command", "commands")
@@ -222,7 +222,7 @@ def _tell(recording: Recording, scenario: Scenario, told: str) -> None:
     poses = "no poses"
     if scenario.recorded is not None:
         poses = f"{_counted(len(scenario.recorded), 'pose', 'poses')} on {scenario.pose_topic}"
-    print(f"{recording.path}: {commands}, {poses}")
+    print(f"{bag.path}: {commands}, {poses}")
     for sentence in (told, *scenario.notes):
         print(f"  {sentence}")
 

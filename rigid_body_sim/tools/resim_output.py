@@ -6,7 +6,7 @@ import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
-from ..bags import cdr
+from ..bags import codec
 from ..bags.reading import POSE, TWIST
 from ..bags.resimulating import Track
 from ..bags.rosbags_support import BagError
@@ -48,8 +48,8 @@ def _messages(scenario: Scenario, scene: Scene, track: Track) -> Iterator[Messag
     for first in range(0, len(scenario.stamp_ns), _AT_ONCE):
         part = slice(first, first + _AT_ONCE)
         stamps, motion = scenario.stamp_ns[part], track.motion[part]
-        poses = cdr.encode(stamps, scene["world_frame_id"], motion[:, _POSE_IN_MESSAGES])
-        twists = cdr.encode(stamps, frame, motion[:, columns])
+        poses = codec.encode(stamps, scene["world_frame_id"], motion[:, _POSE_IN_MESSAGES])
+        twists = codec.encode(stamps, frame, motion[:, columns])
         received = scenario.receive_ns[part].tolist(), scenario.twist_receive_ns[part].tolist()
         for pose_ns, twist_ns, pose, twist in zip(*received, poses, twists, strict=True):
             yield 0, pose_ns, pose

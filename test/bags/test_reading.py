@@ -6,9 +6,10 @@ from numpy.testing import assert_array_equal
 
 pytest.importorskip("rosbags")
 
-from rigid_body_sim.bags import cdr
+from rigid_body_sim.bags import codec
 from rigid_body_sim.bags.reading import read
 from rigid_body_sim.bags.rosbags_support import BagError
+from rigid_body_sim.messages.cdr import LAYOUTS
 
 from . import making
 
@@ -123,16 +124,16 @@ def test_big_endian_messages_are_read(tmp_path):
     assert wrench.stamp_ns.tolist() == [making.EPOCH_NS] * 2 and wrench.frame_ids.tolist() == ["base_link"] * 2
 
 
-@pytest.mark.parametrize("kind", [kind for kind, layout in cdr.LAYOUTS.items() if layout.names == 1])
+@pytest.mark.parametrize("kind", [kind for kind, layout in LAYOUTS.items() if layout.names == 1])
 @pytest.mark.parametrize("frame_id", ("", "w", "world", "base_link", "größe", "f" * 300))
 def test_encoded_is_what_rosbags_makes(kind, frame_id):
-    layout = cdr.LAYOUTS[kind]
+    layout = LAYOUTS[kind]
     values = np.random.default_rng(1).normal(size=(3, layout.doubles))
     stamps = np.array([0, making.EPOCH_NS, 2**31 * 10**9 - 1])
-    back = [making.STORE.deserialize_cdr(data, kind) for data in cdr.encode(stamps, frame_id, values)]
+    back = [making.STORE.deserialize_cdr(data, kind) for data in codec.encode(stamps, frame_id, values)]
     again = [bytes(making.STORE.serialize_cdr(message, kind)) for message in back]
-    assert again == cdr.encode(stamps, frame_id, values)
-    decoded = cdr.decode(again, layout)
+    assert again == codec.encode(stamps, frame_id, values)
+    decoded = codec.decode(again, layout)
     assert_array_equal(decoded.values, values)
     assert_array_equal(decoded.stamp_ns, stamps)
     assert decoded.frame_ids.tolist() == [frame_id] * 3 and not len(decoded.unusual)

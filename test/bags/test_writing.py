@@ -10,7 +10,8 @@ import yaml
 
 from rigid_body_sim.bags.reading import read
 from rigid_body_sim.bags.rosbags_support import BagError
-from rigid_body_sim.bags.writing import CHUNK_BYTES, BagWriter, Topic, serialised_text
+from rigid_body_sim.bags.writing import CHUNK_BYTES, BagWriter, Topic
+from rigid_body_sim.messages.cdr import serialised_text
 
 pytest.importorskip("rosbags")
 

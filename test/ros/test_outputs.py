@@ -19,7 +19,7 @@ from .remote import stamp_ns
 pytest.importorskip("rclpy")
 pytestmark = pytest.mark.ros
 geometry = pytest.importorskip("geometry_msgs.msg")
-cdr = pytest.importorskip("rigid_body_sim.ros.cdr")
+templates = pytest.importorskip("rigid_body_sim.ros.templates")
 outputs = pytest.importorskip("rigid_body_sim.ros.outputs")
 
 RATE = 300
@@ -231,7 +231,7 @@ def marker_of(**given):
     scene = Scene({**state, **{name.replace("__", "."): value for name, value in given.items()}})
     simulation = Simulation.from_scene(scene)
     output = outputs.KINDS["marker"](scene, simulation)
-    return cdr.Typed(output.message, output.fields).write(0, output.values(outputs.Motion(simulation)))
+    return templates.Typed(output.message, output.fields).write(0, output.values(outputs.Motion(simulation)))
 
 
 SHAPES = {  # dimensions, kind of marker, size
@@ -276,7 +276,7 @@ def test_marker_follows_a_body_that_is_changed():
     deserialize_message = pytest.importorskip("rclpy.serialization").deserialize_message
 
     def size():
-        data = cdr.Template(output.message, output.fields).write(0, output.values(outputs.Motion(simulation)))
+        data = templates.Template(output.message, output.fields).write(0, output.values(outputs.Motion(simulation)))
         return np.array(_xyz(deserialize_message(data, type(output.message)).scale))
 
     before = size()
@@ -313,7 +313,9 @@ def test_transform_is_the_pose(monkeypatch):
     scene = Scene({name: value for name, value in SCENE.items() if name.startswith("initial.")})
     simulation = Simulation.from_scene(scene)
     output = outputs.KINDS["tf"](scene, simulation)
-    written = cdr.Typed(output.message, output.fields, output.stamp).write(3 * 10**9 + 5, simulation_pose(simulation))
+    written = templates.Typed(output.message, output.fields, output.stamp).write(
+        3 * 10**9 + 5, simulation_pose(simulation)
+    )
     assert output.values(outputs.Motion(simulation)) == simulation_pose(simulation)
     (transform,) = written.transforms
     assert (output.topic, transform.header.frame_id, transform.child_frame_id) == ("/tf", "world", "base_link")
@@ -400,7 +402,7 @@ def test_recorded_bytes_are_those_of_the_message(context, monkeypatch, kind):
     from rclpy.serialization import deserialize_message
 
     if kind != "bytes":
-        monkeypatch.setattr(cdr, "writer", lambda *layout: (cdr.Typed(*layout), "as a test"))
+        monkeypatch.setattr(templates, "writer", lambda *layout: (templates.Typed(*layout), "as a test"))
     node = Node("recorded", context=context)
     scene = Scene({"initial.position": [1.0, 2.0, 3.0], "twist_frame": "world"})
     own = outputs.Outputs(node, scene, Simulation.from_scene(scene))

@@ -8,7 +8,7 @@ import pytest
 
 from rigid_body_sim import load_scene
 from rigid_body_sim.tools import demo_plot, findings
-from rigid_body_sim.tools.recording import Recording
+from rigid_body_sim.tools.heard import Heard
 
 SCENE = load_scene(Path(__file__).parents[2] / "config/satellite.yaml")
 TARGET = (1.0, 0.0, 0.0, 0.0)
@@ -16,11 +16,11 @@ REPORT = {"achieved rate [Hz]": "999.5", "real-time factor": "0.9995", "largest 
 
 
 @pytest.fixture
-def recording() -> Recording:
+def recording() -> Heard:
     """Five poses of a body at rest, one of them missing."""
     stamps = 10_000_000 * np.array((0, 1, 2, 4, 5), np.int64)
     orientation = np.tile((0.8, 0.0, 0.6, 0.0), (5, 1))
-    return Recording(stamps, orientation, np.zeros((5, 3)), stamps[1:2], np.zeros((1, 3)))
+    return Heard(stamps, orientation, np.zeros((5, 3)), stamps[1:2], np.zeros((1, 3)))
 
 
 def test_table_says_what_was_heard(recording):

@@ -1,8 +1,6 @@
 """Messages as the bytes in a bag: many at once, read by offset and made by offset. No ROS.
 
-A message here is CDR: 4 bytes that name the encoding, perhaps a header (stamp, length of the frame's name, the name and
-a NUL), perhaps the name of another frame, then doubles, which lie at multiples of 8 counted from byte 4. So the lengths
-of the names fix all offsets.
+How they lie there is in messages.cdr.
 """
 
 import struct
@@ -13,40 +11,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..kernels.arrays import Floats, Integers
+from ..messages.cdr import (
+    ENCODINGS,
+    LITTLE_ENDIAN,
+    MOST_PADDING,
+    NANOSECONDS,
+    OTHER_ENCODINGS,
+    TEXT_AT,
+    Layout,
+    aligned,
+)
 
 Bytes = NDArray[np.uint8]
-
-NANOSECONDS = 1_000_000_000
-_LITTLE_ENDIAN = b"\x00\x01\x00\x00"
-_TEXT_AT = 16  # encoding 4, stamp 8, length of the text 4
-_ENCODINGS = {  # of those that have the fields in a row: order of bytes, and what doubles are aligned to
-    b"\x00\x00": (">", 8),
-    b"\x00\x01": ("<", 8),
-    b"\x00\x06": (">", 4),  # version 2
-    b"\x00\x07": ("<", 4),
-}
-_OTHER_ENCODINGS = {b"\x00\x02": "PL_CDR", b"\x00\x03": "PL_CDR", b"\x00\x08": "D_CDR2", b"\x00\x09": "D_CDR2"}
-_OTHER_ENCODINGS |= {b"\x00\x0a": "PL_CDR2", b"\x00\x0b": "PL_CDR2"}
-_MOST_PADDING = 7  # bytes behind the last field
-
-
-class Layout(NamedTuple):
-    """What is in a message: how many names, the first of which has a stamp before it, and how many doubles."""
-
-    names: int
-    doubles: int
-
-
-LAYOUTS = {
-    "geometry_msgs/msg/Wrench": Layout(0, 6),
-    "geometry_msgs/msg/WrenchStamped": Layout(1, 6),
-    "geometry_msgs/msg/PoseStamped": Layout(1, 7),
-    "geometry_msgs/msg/TwistStamped": Layout(1, 6),
-    "geometry_msgs/msg/PoseWithCovarianceStamped": Layout(1, 7 + 36),
-    "geometry_msgs/msg/TwistWithCovarianceStamped": Layout(1, 6 + 36),
-    "geometry_msgs/msg/TransformStamped": Layout(2, 7),
-    "nav_msgs/msg/Odometry": Layout(2, 7 + 36 + 6 + 36),
-}
 
 
 class Decoded(NamedTuple):
@@ -71,21 +47,21 @@ def decode(messages: Sequence[bytes], layout: Layout) -> Decoded:
     usual = np.zeros(count, bool)
     lengths = np.fromiter(map(len, messages), np.int64, count)
     for length in np.unique(lengths).tolist():
-        if length >= _TEXT_AT:
+        if length >= TEXT_AT:
             chosen = np.flatnonzero(lengths == length)
             rows = np.frombuffer(b"".join([messages[i] for i in chosen.tolist()]), np.uint8).reshape(-1, length)
-            plain = (rows[:, :4] == np.frombuffer(_LITTLE_ENDIAN, np.uint8)).all(axis=1)
+            plain = (rows[:, :4] == np.frombuffer(LITTLE_ENDIAN, np.uint8)).all(axis=1)
             _decode_rows(rows[plain], chosen[plain], layout, found, usual)
     return found._replace(unusual=np.flatnonzero(~usual))
 
 
 def _decode_rows(rows: Bytes, chosen: Integers, layout: Layout, found: Decoded, usual: NDArray[np.bool_]) -> None:
     """Put what is in messages of one length, whose indices are ``chosen``, where it belongs; note which are usual."""
-    parts = [(rows, chosen, _TEXT_AT - 4 if layout.names else len(_LITTLE_ENDIAN))]
+    parts = [(rows, chosen, TEXT_AT - 4 if layout.names else len(LITTLE_ENDIAN))]
     for names in (found.frame_ids, found.child_ids)[: layout.names]:
         parts = [part for wider in parts for part in _by_name(*wider, names)]
     for part, indices, end in parts:
-        first = _aligned(end, 8)
+        first = aligned(end, 8)
         if part.shape[1] != first + 8 * layout.doubles:
             continue
         if layout.names:
@@ -98,7 +74,7 @@ def _by_name(
     rows: Bytes, chosen: Integers, end: int, names: NDArray[np.object_]
 ) -> Iterator[tuple[Bytes, Integers, int]]:
     """Parts of the rows in which the next name, which is noted, has one length, and where it ends."""
-    begin = _aligned(end, 4) + 4
+    begin = aligned(end, 4) + 4
     if begin > rows.shape[1]:
         return
     lengths = _column(rows, begin - 4, "<u4")
@@ -143,16 +119,16 @@ class _Fields:
 
     def __init__(self, data: bytes):
         encoding = data[:2]
-        if encoding not in _ENCODINGS:
-            known = _OTHER_ENCODINGS.get(encoding, f"0x{encoding.hex()}" if encoding else "nothing")
+        if encoding not in ENCODINGS:
+            known = OTHER_ENCODINGS.get(encoding, f"0x{encoding.hex()}" if encoding else "nothing")
             raise NotCdrError(f"is encoded as {known}; plain CDR would be right")
-        self._data, self._at = data, len(_LITTLE_ENDIAN)
-        self._order, self._most = _ENCODINGS[encoding]
+        self._data, self._at = data, len(LITTLE_ENDIAN)
+        self._order, self._most = ENCODINGS[encoding]
 
     def number(self, kind: str) -> Any:
         """The next number, of that kind of struct."""
         size = struct.calcsize(kind)
-        begin = _aligned(self._at, min(size, self._most))
+        begin = aligned(self._at, min(size, self._most))
         self._at = begin + size
         if self._at > len(self._data):
             raise NotCdrError("is too short")
@@ -168,30 +144,25 @@ class _Fields:
         return name
 
     def end(self) -> None:
-        if len(self._data) - self._at > _MOST_PADDING:
+        if len(self._data) - self._at > MOST_PADDING:
             raise NotCdrError("is too long")
 
 
 def encode(stamp_ns: Integers, frame_id: str, values: Floats) -> list[bytes]:
     """Serialised messages with a header and doubles: stamps [ns], shape (n,), the frame, and values, shape (n, k)."""
     text = frame_id.encode() + b"\0"
-    first = _aligned(_TEXT_AT + len(text), 8)
+    first = aligned(TEXT_AT + len(text), 8)
     data = np.zeros((len(stamp_ns), first + 8 * values.shape[1]), np.uint8)
-    head = np.frombuffer(_LITTLE_ENDIAN, np.uint8)
+    head = np.frombuffer(LITTLE_ENDIAN, np.uint8)
     data[:, : len(head)] = head
     seconds, nanoseconds = np.divmod(stamp_ns, NANOSECONDS)
     data[:, 4:8] = _bytes_of(seconds, "<i4")
     data[:, 8:12] = _bytes_of(nanoseconds, "<u4")
     data[:, 12:16] = _bytes_of(np.full(len(stamp_ns), len(text)), "<u4")
-    data[:, _TEXT_AT : _TEXT_AT + len(text)] = np.frombuffer(text, np.uint8)
+    data[:, TEXT_AT : TEXT_AT + len(text)] = np.frombuffer(text, np.uint8)
     data[:, first:] = np.ascontiguousarray(values, "<f8").view(np.uint8)
     whole, size = data.tobytes(), data.shape[1]
     return [whole[at : at + size] for at in range(0, len(whole), size)]
-
-
-def _aligned(end: int, size: int) -> int:
-    """Where a number of that size begins that comes after ``end``, which counts the bytes of the encoding, too."""
-    return end + (len(_LITTLE_ENDIAN) - end) % size
 
 
 def _column(rows: Bytes, at: int, kind: str) -> Integers:

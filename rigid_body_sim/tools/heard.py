@@ -14,7 +14,7 @@ NANOSECONDS = 1_000_000_000
 
 
 @dataclass(frozen=True)
-class Recording:
+class Heard:
     """Attitudes and rates at ``stamp_ns``, and the torques that acted, each from its ``command_ns`` until the next.
 
     Orientations are (w, x, y, z), body to world; angular velocity [rad/s] and torque [N m] are in body axes.
@@ -36,7 +36,7 @@ class Recording:
         """Seconds from the first stamp to each command, shape (m,)."""
         return (self.command_ns - self.stamp_ns[0]) / NANOSECONDS
 
-    def commanded(self) -> "Recording":
+    def commanded(self) -> "Heard":
         """The part from the first command on: what acted before may not have been heard."""
         begun = self.stamp_ns >= self.command_ns[:1].sum()
         return replace(
@@ -87,36 +87,34 @@ class Budget:
         return self.mismatch / (self.exchanged or 1.0)
 
 
-def energy_budget(recording: Recording, body: Body) -> Budget:
+def energy_budget(heard: Heard, body: Body) -> Budget:
     """Change of the rotational energy ½ ω·I ω [J] against the work ∫ ω·τ dt."""
-    energy = 0.5 * np.einsum("ni,ij,nj->n", recording.angular_velocity, body.inertia, recording.angular_velocity)
-    span, _, omega, torque = pieces(recording)
+    energy = 0.5 * np.einsum("ni,ij,nj->n", heard.angular_velocity, body.inertia, heard.angular_velocity)
+    span, _, omega, torque = pieces(heard)
     work = (omega * torque).sum(axis=1) * span
     return Budget(energy[-1] - energy[0], work.sum(), np.abs(work).sum())
 
 
-def momentum_budget(recording: Recording, body: Body) -> Budget:
+def momentum_budget(heard: Heard, body: Body) -> Budget:
     """Change of the angular momentum R I ω [N m s], world axes, about the centre of mass, against ∫ R τ dt."""
-    first, last = (
-        rotation.rotate(recording.orientation[k], body.inertia @ recording.angular_velocity[k]) for k in (0, -1)
-    )
-    span, orientation, _, torque = pieces(recording)
+    first, last = (rotation.rotate(heard.orientation[k], body.inertia @ heard.angular_velocity[k]) for k in (0, -1))
+    span, orientation, _, torque = pieces(heard)
     impulse = _rotate(orientation, torque) * span[:, None]
     return Budget(last - first, impulse.sum(axis=0), float(np.linalg.norm(impulse, axis=1).sum()))
 
 
-def pieces(recording: Recording) -> tuple[Floats, Floats, Floats, Floats]:
-    """The recording cut at every stamp and every command: span [s], and attitude, rate and torque in its middle.
+def pieces(heard: Heard) -> tuple[Floats, Floats, Floats, Floats]:
+    """The heard cut at every stamp and every command: span [s], and attitude, rate and torque in its middle.
 
     The torque is constant on a piece; attitude and rate are interpolated between the two stamps around it.
     """
-    time, command_time = recording.time, recording.command_time
+    time, command_time = heard.time, heard.command_time
     cuts = np.union1d(time, command_time[(command_time > 0.0) & (command_time < time[-1])])
     middle = 0.5 * (cuts[1:] + cuts[:-1])
-    omega = _interpolate(middle, time, recording.angular_velocity)
-    orientation = _interpolate(middle, time, _continuous(recording.orientation))
+    omega = _interpolate(middle, time, heard.angular_velocity)
+    orientation = _interpolate(middle, time, _continuous(heard.orientation))
     held = np.searchsorted(command_time, middle, side="right")  # the piece's command, and 0 before the first
-    return np.diff(cuts), orientation, omega, np.vstack((np.zeros(3), recording.torque.reshape(-1, 3)))[held]
+    return np.diff(cuts), orientation, omega, np.vstack((np.zeros(3), heard.torque.reshape(-1, 3)))[held]
 
 
 def _interpolate(at: Floats, time: Floats, values: Floats) -> Floats:

@@ -1,8 +1,8 @@
 """Messages as bytes that are made once, so that to publish one costs a stamp and a few doubles written in place.
 
-The bytes are CDR, as the middleware sends them: 4 bytes that name the encoding, then every field at a multiple of its
-size counted from there. A text shifts what follows it, so a template holds for one set of frame names. Nothing of this
-is taken on trust: a Template finds its offsets in what ``serialize_message`` gives, and reads back what it has written.
+A text in a message shifts what follows it (see messages.cdr), so a template holds for one set of frame names. Nothing
+of this is taken on trust: a Template finds its offsets in what ``serialize_message`` gives, and reads back what it has
+written.
 """
 
 import struct
@@ -11,11 +11,10 @@ from typing import Any
 
 from rclpy.serialization import deserialize_message, serialize_message
 
-NANOSECONDS = 1_000_000_000
+from ..messages.cdr import DOUBLE, NANOSECONDS, STAMP
+
 HEADER_STAMP = "header.stamp"
 
-_STAMP = struct.Struct("<iI")
-_DOUBLE = struct.Struct("<d")
 _MARK_NS = 0x1A2B3C4D * NANOSECONDS + 0x2C3D4E5
 
 
@@ -64,15 +63,15 @@ class Template:
             self._buffer = bytearray(serialize_message(typed.write(_MARK_NS, marks)))
         except Exception as reason:  # whatever a type support makes of it
             raise LayoutError(f"it cannot be serialised: {reason}") from None
-        self._stamp_at = self._place(_STAMP.pack(*divmod(_MARK_NS, NANOSECONDS)), stamp)
-        places = [self._place(_DOUBLE.pack(mark), field) for mark, field in zip(marks, fields, strict=True)]
+        self._stamp_at = self._place(STAMP.pack(*divmod(_MARK_NS, NANOSECONDS)), stamp)
+        places = [self._place(DOUBLE.pack(mark), field) for mark, field in zip(marks, fields, strict=True)]
         self._runs = _runs(places)
         self._verify(typed, len(fields))
 
     def write(self, stamp_ns: int, values: Sequence[float]) -> bytes:
         """The serialised message with this stamp [ns] and these values: what ``Publisher.publish`` takes."""
         buffer = self._buffer
-        _STAMP.pack_into(buffer, self._stamp_at, *divmod(stamp_ns, NANOSECONDS))
+        STAMP.pack_into(buffer, self._stamp_at, *divmod(stamp_ns, NANOSECONDS))
         for pack_into, at, part in self._runs:
             pack_into(buffer, at, *values[part])
         return bytes(buffer)
@@ -110,30 +109,8 @@ def _follow(message: Any, path: str) -> Any:
 
 def _runs(places: Sequence[int]) -> list[tuple[Any, int, slice]]:
     """(pack_into, offset, part) for each longest run of values, a part of them, that lie side by side in the bytes."""
-    starts = [i for i, place in enumerate(places) if i == 0 or place != places[i - 1] + _DOUBLE.size]
+    starts = [i for i, place in enumerate(places) if i == 0 or place != places[i - 1] + DOUBLE.size]
     return [
         (struct.Struct(f"<{end - first}d").pack_into, places[first], slice(first, end))
         for first, end in zip(starts, [*starts, len(places)][1:], strict=True)
     ]
-
-
-# Received wrenches ----------------------------------------------------------------------------------------------------
-
-_LITTLE_ENDIAN = b"\x00\x01\x00\x00"  # plain CDR
-_TEXT_AT = 16  # encoding 4, stamp 8, length of the text 4
-_LENGTH = struct.Struct("<I").unpack_from
-_WRENCH = struct.Struct("<6d")
-
-
-def split_wrench(data: bytes) -> tuple[bytes, tuple[float, ...]] | None:
-    """Frame (UTF-8 and a NUL) and force and torque, 6 floats, of a serialised WrenchStamped.
-
-    None for bytes of another encoding or length, which ``deserialize_message`` must judge.
-    """
-    if len(data) < _TEXT_AT or data[:4] != _LITTLE_ENDIAN:
-        return None
-    end = _TEXT_AT + _LENGTH(data, _TEXT_AT - 4)[0]
-    at = end + (4 - end) % 8  # doubles lie at multiples of 8 counted from byte 4
-    if len(data) != at + _WRENCH.size:
-        return None
-    return data[_TEXT_AT:end], _WRENCH.unpack_from(data, at)

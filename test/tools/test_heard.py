@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from rigid_body_sim import Body, Simulation, State, Wrench
-from rigid_body_sim.tools.recording import Recording, energy_budget, momentum_budget
+from rigid_body_sim.tools.heard import Heard, energy_budget, momentum_budget
 from rigid_body_sim.values import rotation
 
 BODY = Body(12.0, (0.144, 0.185, 0.061, 0.01, -0.02, 0.005), (0.01, -0.02, 0.03))
@@ -16,7 +16,7 @@ LATE = 3  # steps from a pose to the command that answers it
 
 
 @pytest.fixture(scope="module")
-def recording() -> Recording:
+def recording() -> Heard:
     """10 s of a tumble under a torque that changes 100 times a second, each time some steps after a pose."""
     simulation = Simulation(
         BODY, State(orientation=(0.5, -0.5, 0.5, 0.5), angular_velocity=(0.3, -0.2, 0.4)), rate=1000.0
@@ -29,7 +29,7 @@ def recording() -> Recording:
         simulation.set_wrench(Wrench(torque_body=torques[-1]))
         simulation.step(10 - LATE)
     stamps = 1_700_000_000_000_000_000 + 10 * STEP_NS * np.arange(1001)
-    return Recording(
+    return Heard(
         stamps,
         np.array([state.orientation for state in states]),
         np.array([state.angular_velocity for state in states]),
