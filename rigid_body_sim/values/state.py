@@ -109,7 +109,7 @@ def is_slow_enough(motion: Sequence[float]) -> bool:
 
 
 def flatten(state: State, model: Floats) -> Floats:
-    """The 26 numbers of a state for the body in ``model`` (see forces.new_model). Raises ValueError on overflow."""
+    """The 26 numbers of a state for the body in ``model`` (see Terms.model). Raises ValueError on overflow."""
     flat = np.zeros(SIZE)
     px, py, pz, qw, qx, qy, qz, vx, vy, vz, wx, wy, wz = state.values[:13].tolist()
     cx, cy, cz = model[CENTER_OF_MASS : CENTER_OF_MASS + 3].tolist()
