@@ -79,7 +79,7 @@ def test_kernels_are_plain_functions_when_numba_is_switched_off():
     assert not (switched_off and compiled.ENABLED)
     if not compiled.ENABLED:
         assert not hasattr(REGISTRY["taylor"].step, "_numba_type_")
-        assert compiled.is_cached(REGISTRY["taylor"].step) and compiled.compilations() == {}
+        assert compiled.Request(REGISTRY["taylor"].step, ()).is_met and compiled.compilations() == {}
 
 
 @pytest.mark.no_numba

@@ -15,7 +15,9 @@ from .rosbags_support import BagError, require, typestore
 Message = tuple[int, int, bytes]  # place of its topic among the topics, time [ns], serialised message (CDR)
 
 CHUNK_BYTES = 1 << 18
+_HEAD_BYTES = 31  # of a message in MCAP, before what was sent
 VERSION = 9  # of metadata.yaml
+_UNFINISHED = "metadata.yaml.tmp"
 _FOR_EVER = dict(zip(("sec", "nsec"), divmod(2**63 - 1, 10**9), strict=True))
 
 
@@ -76,7 +78,7 @@ class BagWriter:
             add(channels[place], time_ns, data, time_ns)
             counts[place] += 1
             self._unwritten += 1
-            self._unwritten_bytes += len(data)
+            self._unwritten_bytes += _HEAD_BYTES + len(data)
             if time_ns < self._first_ns:
                 self._first_ns = time_ns
             if time_ns > self._last_ns:
@@ -116,7 +118,7 @@ class BagWriter:
             self._mcap.finish()
             self._file.close()
             self._safe_bytes = None
-            unfinished = self._folder / "metadata.yaml.tmp"
+            unfinished = self._folder / _UNFINISHED
             unfinished.write_text(_yaml({"rosbag2_bagfile_information": about}), encoding="utf-8")
             unfinished.replace(self._folder / "metadata.yaml")
         self._is_open = False
@@ -129,7 +131,7 @@ class BagWriter:
         with contextlib.suppress(OSError):  # somebody has removed it
             if self._safe_bytes is not None:  # else it has its index, and only the description could not be written
                 os.truncate(file_in(self._folder), self._safe_bytes)
-            (self._folder / "metadata.yaml.tmp").unlink(missing_ok=True)
+            (self._folder / _UNFINISHED).unlink(missing_ok=True)
 
     def _description(self) -> dict[str, Any]:
         """What metadata.yaml says of the bag, as rosbag2 of Jazzy does."""
