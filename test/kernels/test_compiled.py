@@ -146,3 +146,28 @@ def test_compiling_quickly_changes_no_bit_and_leaves_numba_as_it_was(tmp_path):
 
     quick = run("quick")
     assert len(quick) > 1000 and quick == run("slow")
+
+
+THREADS = """
+import threading
+from numba.core import codegen, types
+of_numba = types.BaseFunction.get_call_type, codegen.CPUCodeLibrary._optimize_final_module
+from rigid_body_sim.kernels import compiled, vectors
+
+def many(kernel, count):
+    compiled.ready(kernel, *[1.0] * count)
+
+kernels = (vectors.cross, 6), (vectors.qmultiply, 8), (vectors.qrotate, 7)
+threads = [threading.Thread(target=many, args=one) for one in kernels]
+[thread.start() for thread in threads]
+[thread.join() for thread in threads]
+assert of_numba == (types.BaseFunction.get_call_type, codegen.CPUCodeLibrary._optimize_final_module)
+print(compiled.ready(vectors.cross, *[1.0] * 6)(1.0, 0.0, 0.0, 0.0, 1.0, 0.0))
+"""
+
+
+def test_several_threads_may_compile(tmp_path):
+    """One after the other: what one has changed of numba for a moment, another must not take for numba's own."""
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
+    done = subprocess.run([sys.executable, "-c", THREADS], env=environment, capture_output=True, text=True)
+    assert (done.returncode, done.stdout) == (0, "(0.0, 0.0, 1.0)\n"), done.stderr
