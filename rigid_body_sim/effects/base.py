@@ -63,7 +63,7 @@ class Effect:
     parameters: tuple[Parameter, ...]
     left_out: str  # what the plan says a scene without it leaves out
     many: bool = False
-    check: Callable[[Any], tuple[Any, ...]] = tuple  # of many: what a user gave, as they are kept
+    check: Callable[[Any], tuple[Any, ...]] | None = None  # of what a user gave, where other forms are taken
     acts: Callable[[Any], bool] = lambda one: True
     world: tuple[str, ...] = ()
     energy: Callable[[Any, Body, State], Any] | None = None
@@ -80,8 +80,18 @@ class Effect:
         return () if self.many else self.zero
 
     def checked(self, given: Any) -> Any:
-        """What a user gave, as it is kept. Raises ValueError for what cannot be."""
-        return self.check(given) if self.many else given
+        """What a user gave, as it is kept. Raises ValueError for what cannot be, TypeError for what is none of it."""
+        if self.check is not None:
+            return self.check(given)
+        try:
+            ones = tuple(given) if self.many else (given,)
+        except TypeError:
+            ones = (given,)
+        for one in ones:
+            if not isinstance(one, type(self.example)):
+                kind = type(self.example).__name__
+                raise TypeError(f"{self.name}: {one!r} is no {kind}; give {'a sequence of ' * self.many}{kind}")
+        return ones if self.many else given
 
     def acting(self, given: Any) -> tuple[Any, ...]:
         """Those of it that act."""

@@ -21,7 +21,13 @@ class ConstantForce(NamedTuple):
 
 
 def _checked(given: Iterable[PointForce]) -> tuple[PointForce, ...]:
-    return Wrench(points=given).points
+    try:
+        points = tuple(given)
+    except TypeError:
+        raise TypeError(
+            f"forces: {given!r} is no sequence; give pairs of where (x, y, z) and the force there"
+        ) from None
+    return Wrench(points=points).points
 
 
 def _lever(force: PointForce, body: Body) -> Iterator[Lever]:

@@ -201,6 +201,14 @@ def test_integrator_that_leaves_it_out_is_refused(effect):
         simulation(effect, effect.example, integrator=leaves_out)
 
 
+@EFFECTS
+def test_what_is_none_of_it_is_refused(effect):
+    """In a sentence that says what it is and what it should be."""
+    for given in (3, None, [3]) if effect.many else (3, None):
+        with pytest.raises((TypeError, ValueError), match=r"; give|must be"):
+            Simulation(BODY, **{effect.name: given})
+
+
 def test_loads_fit_into_the_model():
     assert len(LOADS) <= MOST_LOADS
 
