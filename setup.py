@@ -42,7 +42,7 @@ setup(
         "fast": ["numba"],
         "mesh": ["trimesh"],
         "report": ["matplotlib", "mpmath", "tqdm"],
-        "bag": ["mcap>=1.6", "rosbags>=0.11", "tqdm"],
+        "bag": ["mcap>=1.5", "rosbags>=0.11", "tqdm"],
         "dask": ["distributed"],
         # What the adapters in bench/peers drive.
         # bsk is Basilisk and pin is Pinocchio; the names "basilisk" and "pinocchio" on PyPI are other projects.
@@ -50,7 +50,7 @@ setup(
         "test": [
             "distributed",
             "hypothesis",
-            "mcap>=1.6",
+            "mcap>=1.5",
             "mcap-ros2-support",
             "mpmath",
             "pytest",
