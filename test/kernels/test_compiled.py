@@ -126,8 +126,9 @@ of_numba = types.BaseFunction.get_call_type, codegen.CPUCodeLibrary._optimize_fi
 if sys.argv[1] == "slow":
     compiled.quick_compiling = contextlib.nullcontext
 from rigid_body_sim import Body, Drag, Simulation, State, Wrench
-for drag in (Drag(), Drag(linear=(1.0, 2.0, 3.0), quadratic=(0.1, 0.2, 0.3))):
-    sim = Simulation(Body(1.0, (0.1, 0.2, 0.25)), State(angular_velocity=(1.0, 2.0, 3.0)), drag=drag)
+for method, drag in (("taylor", Drag()), ("rk4", Drag(linear=(1.0, 2.0, 3.0), quadratic=(0.1, 0.2, 0.3)))):
+    body, state = Body(1.0, (0.1, 0.2, 0.25)), State(angular_velocity=(1.0, 2.0, 3.0))
+    sim = Simulation(body, state, integrator=method, drag=drag)
     sim.set_wrench(Wrench((1.0, 2.0, 3.0), (0.1, 0.2, 0.3)))
     sim.step(100)
     print(sim.save().state, sim.motion)
