@@ -75,7 +75,7 @@ def _chosen(node: Node, names: Sequence[str], ends: Sequence[Recordable]) -> lis
         except (KeyError, RuntimeError):  # RCLError for what cannot be a name
             known = ", ".join(by_name)
             raise ValueError(f"parameter record.topics: {name!r} is not recorded here; give any of {known}") from None
-    return chosen or list(ends)
+    return list(dict.fromkeys(chosen)) or list(ends)  # a name may come twice, once with what it resolves to
 
 
 def _topic(end: Publisher | Subscription) -> Topic:
