@@ -1,6 +1,8 @@
 """The records of MCAP files, also of one that has no end because its writer was killed or it was cut.
 
-rosbags reads none of the latter, and takes several times as long for the others: it looks at every message twice.
+rosbags reads none of the latter, and takes several times as long for the others: it looks at every message twice. The
+stream reader of mcap reads both, in 7 µs a message instead of 0.8: it takes every index apart, too. It holds each
+attachment in memory, and takes a record that is cut for a whole one.
 """
 
 import struct

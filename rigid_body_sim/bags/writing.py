@@ -64,8 +64,8 @@ class BagWriter:
         return number
 
     def _add(self, topic: Topic, schema: int) -> int:
-        qos = {"offered_qos_profiles": _yaml([_qos(topic)]).strip()}
-        number: int = self._mcap.register_channel(topic.name, "cdr", schema, qos)
+        told = {"offered_qos_profiles": _yaml([_qos(topic)]).strip(), "topic_type_hash": _type_hash(topic)}
+        number: int = self._mcap.register_channel(topic.name, "cdr", schema, told)
         return number
 
     def write(self, messages: Iterable[Message]) -> None:
@@ -200,8 +200,12 @@ def _metadata(topic: Topic) -> dict[str, Any]:
         "type": topic.type,
         "serialization_format": "cdr",
         "offered_qos_profiles": [_qos(topic)],
-        "type_description_hash": typestore().hash_rihs01(topic.type),
+        "type_description_hash": _type_hash(topic),
     }
+
+
+def _type_hash(topic: Topic) -> str:
+    return str(typestore().hash_rihs01(topic.type))
 
 
 def _qos(topic: Topic) -> dict[str, Any]:

@@ -9,7 +9,7 @@ import pytest
 import yaml
 
 from rigid_body_sim.bags.reading import read
-from rigid_body_sim.bags.rosbags_support import BagError
+from rigid_body_sim.bags.rosbags_support import BagError, typestore
 from rigid_body_sim.bags.writing import CHUNK_BYTES, BagWriter, Topic
 from rigid_body_sim.messages.cdr import serialised_text
 
@@ -104,6 +104,57 @@ def test_metadata_is_that_of_jazzy(tmp_path):
     }
     (qos,) = found["/n/pose"]["topic_metadata"]["offered_qos_profiles"]
     assert (qos["durability"], qos["reliability"], qos["depth"]) == ("transient_local", "reliable", 1)
+
+
+@pytest.mark.parametrize("count", (0, 30))
+def test_bag_is_described_as_by_another_writer(tmp_path, count):
+    """Of the same version; and with the hash of each type beside the QoS, as rosbag2 has it."""
+    write(tmp_path / "bag", count)
+    write_by_rosbags(tmp_path / "other" / "bag", count)
+    ours, other = (described(tmp_path / folder) for folder in ("bag", "other/bag"))
+    assert ours["metadata.yaml"] == {**other["metadata.yaml"], "ros_distro": "jazzy"}
+    assert ours["rosbag2"] == ours["metadata.yaml"]
+    assert ours["schemas"] == other["schemas"] and ours["qos"] == other["qos"]
+    topics = [topic["topic_metadata"] for topic in ours["metadata.yaml"]["topics_with_message_count"]]
+    assert ours["hashes"] == {topic["name"]: topic["type_description_hash"] for topic in topics}
+    assert (ours["profile"], len(ours["hashes"])) == ("ros2", 3)
+
+
+def write_by_rosbags(folder, count):
+    from rosbags.interfaces import Qos, QosDurability, QosHistory, QosLiveliness, QosReliability, QosTime
+    from rosbags.rosbag2 import StoragePlugin, Writer
+
+    for_ever = QosTime(9223372036, 854775807)
+    with Writer(folder, version=9, storage_plugin=StoragePlugin.MCAP) as bag:
+        bag.storage.path = bag.storage.path.rename(folder / "bag_0.mcap")
+        connections = []
+        for topic in TOPICS:
+            reliability, durability = QosReliability[topic.reliability.upper()], QosDurability[topic.durability.upper()]
+            ends = for_ever, for_ever, QosLiveliness.AUTOMATIC, for_ever, False
+            qos = Qos(QosHistory.KEEP_LAST, topic.depth, reliability, durability, *ends)
+            add = bag.add_connection
+            connections.append(add(topic.name, topic.type, typestore=typestore(), offered_qos_profiles=[qos]))
+        for place, time_ns, data in messages(count):
+            bag.write(connections[place], time_ns, data)
+
+
+def described(folder):
+    """What the bag says of itself."""
+    from mcap.reader import make_reader
+
+    with (folder / "bag_0.mcap").open("rb") as file:
+        reader = make_reader(file)
+        channels = reader.get_summary().channels.values()
+        schemas = reader.get_summary().schemas
+        (metadata,) = reader.iter_metadata()
+        return {
+            "profile": reader.get_header().profile,
+            "metadata.yaml": yaml.safe_load((folder / "metadata.yaml").read_text())["rosbag2_bagfile_information"],
+            metadata.name: yaml.safe_load(metadata.metadata["serialized_metadata"]),
+            "schemas": {channel.topic: schemas[channel.schema_id] for channel in channels},
+            "qos": {channel.topic: yaml.safe_load(channel.metadata["offered_qos_profiles"]) for channel in channels},
+            "hashes": {channel.topic: channel.metadata.get("topic_type_hash") for channel in channels},
+        }
 
 
 @pytest.mark.parametrize("name", ("bag", "run.1", "my_run_7"))
