@@ -19,6 +19,7 @@ import numpy as np
 
 from . import integrators
 from .effects import REGISTRY
+from .effects.base import LoadEffect
 from .kernels import compiled
 from .kernels import state as flat
 from .kernels.acceleration import acceleration_reader
@@ -47,6 +48,11 @@ def needed(terms: Terms, integrator: str = integrators.AUTO, acceleration: bool 
     ]
 
 
+def of_scene(terms: Terms, integrator: str, outputs: Iterable[str]) -> list[Request]:
+    """What a node needs with these terms, the integrator that was asked for, and what it publishes besides."""
+    return needed(terms, integrator, acceleration=bool(_READERS_OF_ACCELERATION.intersection(outputs)))
+
+
 def of_parameters(given: Mapping[str, Any]) -> tuple[list[Request], list[Request]]:
     """What a node with these parameters needs, and what it may need once dynamic ones are set; no file is read.
 
@@ -58,10 +64,9 @@ def of_parameters(given: Mapping[str, Any]) -> tuple[list[Request], list[Request
         effects = {
             effect.name: effect.read(values, schema.members(effect.name, values)) for effect in REGISTRY.values()
         }
-        acceleration = bool(_READERS_OF_ACCELERATION & set(values["outputs"]))
-        terms = Terms(_BODY, **effects)
-        now = needed(terms, name, acceleration)
-        later = [one for other in _reached_by_setting(terms) for one in needed(other, name, acceleration)]
+        terms, outputs = Terms(_BODY, **effects), values["outputs"]
+        now = of_scene(terms, name, outputs)
+        later = [one for other in _reached_by_setting(terms) for one in of_scene(other, name, outputs)]
     except (ValueError, KeyError):
         return [], []
     return now, later
@@ -71,28 +76,19 @@ def _reached_by_setting(terms: Terms) -> Iterator[Terms]:
     """Terms in which one dynamic effect comes or goes."""
     for effect in REGISTRY.values():
         if effect.dynamic:
-            example = [effect.example] if effect.many else effect.example
-            yield terms.changed(**{effect.name: effect.absent if terms.acting[effect.name] else example})
+            yield terms.changed(**{effect.name: effect.absent if terms.acting[effect.name] else effect.present})
 
 
 def everything() -> list[Request]:
     """What any scene needs in which at most two kinds of load act, or all: every integrator, every reader."""
-    loads = [name for name in REGISTRY if Terms(_BODY, **_example(name)).loads]
+    loads = [name for name, effect in REGISTRY.items() if isinstance(effect, LoadEffect)]
     chosen = {one for count in (0, 1, 2, len(loads)) for one in itertools.combinations(loads, count)}
-    all_terms = [
-        Terms(_BODY, **{key: value for name in names for key, value in _example(name).items()})
-        for names in sorted(chosen)
-    ]
+    all_terms = [Terms(_BODY, **{name: REGISTRY[name].present for name in names}) for names in sorted(chosen)]
     requests = [Request(flat.read_pose, (np.zeros(flat.SIZE), np.zeros(1)))]
     for terms in all_terms:
         methods = [one.name for one in integrators.REGISTRY.values() if one.resisted or not terms.loads]
         requests += [each for name in methods for each in needed(terms, name, acceleration=True)]
     return requests
-
-
-def _example(name: str) -> dict[str, Any]:
-    effect = REGISTRY[name]
-    return {name: [effect.example] if effect.many else effect.example}
 
 
 def missing(requests: Iterable[Request]) -> list[Request]:

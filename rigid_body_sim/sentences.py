@@ -53,5 +53,6 @@ def _cause(angle: float, wrench: Wrench, how: How) -> str:
     if how.terms.turned_by(wrench) or how.terms.driven:
         causes.append(cause)
     if how.terms.loads:
-        causes.append("is driven by drag or a tether too stiff, or ringing too fast, for the integrator and its rtol")
+        loads = " or ".join(how.terms.loads)
+        causes.append(f"is driven by {loads} too stiff, or ringing too fast, for the integrator and its rtol")
     return ", or ".join(causes)

@@ -15,7 +15,7 @@ from .held import Held, steps_held
 from .kernels import compiled
 from .kernels import state as flat
 from .kernels.acceleration import acceleration_reader
-from .kernels.arrays import Floats, Vector
+from .kernels.arrays import Floats, Vector, python_floats
 from .kernels.model import FASTEST, WRENCH
 from .rate import Rate
 from .scene import plan
@@ -211,7 +211,7 @@ class Simulation:
         momentum. Raises ValueError, and changes nothing, as the constructor does, and TypeError for any other name.
         An integrator that was not needed before is made ready here, which compiles it when it never was.
         """
-        new = Stepping(self.terms.changed(**terms), self._stepping.asked, self._h)
+        new = self._stepping.changed(self.terms.changed(**terms))
         state = self._state
         if new.terms.body != self.body:
             state = flatten(self.state, new.terms.model(NO_WRENCH))
@@ -227,8 +227,7 @@ class Simulation:
         ValueError, and changes nothing, when the motion that follows would not be finite.
         """
         struck = self._state.copy()
-        with np.errstate(over="ignore", invalid="ignore"):
-            flat.add_impulse(struck, Terms(self.body).model(impulse))
+        flat.add_impulse(python_floats(struck), python_floats(Terms(self.body).model(impulse)))
         if not (np.isfinite(struck).all() and is_slow_enough(self._motion_kernel(struck, self._model))):
             raise ValueError(f"impulse {impulse!r} refused: the motion that follows is not finite; give a smaller one")
         self._state[:] = struck

@@ -51,6 +51,13 @@ class Stepping:
         self._h = h
         self._made: dict[str, tuple[compiled.Steps, Floats]] = {}
 
+    def changed(self, terms: Terms) -> "Stepping":
+        """The same for other terms: what was made ready stays, where the same loads act. Raises as the constructor."""
+        other = Stepping(terms, self.asked, self._h)
+        if terms.kernels == self.terms.kernels:
+            other._made = self._made
+        return other
+
     def prepare(self, state: Floats, model: Floats) -> None:
         """Make ready every integrator within reach, and measure how stiff the motion is, where that decides."""
         for integrator in within_reach(self.terms, self.asked):

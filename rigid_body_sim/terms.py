@@ -1,14 +1,13 @@
 """What the equations of motion are made of, the held wrench apart: a body, gravity, and the effects that act on it."""
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-from .effects import REGISTRY, constant_force
+from .effects import REGISTRY
 from .effects.base import Lever, LoadEffect, SeriesEffect, together
 from .kernels.arrays import Floats, Vector
 from .kernels.model import (
@@ -108,11 +107,10 @@ class Terms:
         """Whether a torque may act, or a force that turns with the body."""
         return wrench.turns or self.turning
 
-    def left_out(self, wrench: Wrench) -> Iterator[str]:
-        """Words for the effects that do not act, of which a wrench may have some itself: series, then loads."""
-        for effect in (*_SERIES, *_LOADS):
-            if not self.acting[effect.name] and not (wrench.points and effect is constant_force.EFFECT):
-                yield effect.left_out
+    @property
+    def left_out(self) -> list[str]:
+        """Words for the effects that do not act: series, then loads."""
+        return [effect.left_out for effect in (*_SERIES, *_LOADS) if not self.acting[effect.name]]
 
     def model(self, wrench: Wrench) -> Floats:
         """The kernels' view of all this and a held wrench: see kernels.model."""

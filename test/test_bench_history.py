@@ -47,7 +47,7 @@ def test_the_error_is_that_of_a_problem_of_the_report(monkeypatch):
     top = problem("asymmetric_top")
     assert tuple(top.end["orientation"].astype(float)) == steps.TRUE
     assert np.array_equal(steps.ASYMMETRIC.inertia, top.body.inertia) and top.wrenches[0] == steps.WEIGHT_AT_A_POINT
-    assert steps.track_attitude_error() < 1e-13  # rad; measured 1.8e-14
+    assert steps.Error().track_attitude() < 1e-13  # rad; measured 1.8e-14
     q = np.array(steps.TRUE)
     w, x, y, z = math.cos(0.005), 0.0, math.sin(0.005), 0.0
     turned = (
@@ -57,7 +57,7 @@ def test_the_error_is_that_of_a_problem_of_the_report(monkeypatch):
         q[0] * z + q[1] * y - q[2] * x + q[3] * w,
     )
     monkeypatch.setattr(steps, "TRUE", turned)
-    assert steps.track_attitude_error() == pytest.approx(0.01, rel=1e-11)  # measured 0.01 to 2e-12
+    assert steps.Error().track_attitude() == pytest.approx(0.01, rel=1e-11)  # measured 0.01 to 2e-12
 
 
 @pytest.mark.skipif(find_spec("trimesh") is None, reason="trimesh is not installed")

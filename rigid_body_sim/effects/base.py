@@ -79,6 +79,11 @@ class Effect:
         """What a user gives who wants none of it."""
         return () if self.many else self.zero
 
+    @property
+    def present(self) -> Any:
+        """What a user gives who wants one like the example."""
+        return (self.example,) if self.many else self.example
+
     def checked(self, given: Any) -> Any:
         """What a user gave, as it is kept. Raises ValueError for what cannot be, TypeError for what is none of it."""
         if self.check is not None:

@@ -1,5 +1,7 @@
 """How time advances: one file per integrator, and the registry that names them."""
 
+from ..effects import REGISTRY as EFFECTS
+from ..effects.base import Effect, LoadEffect, SeriesEffect
 from ..terms import Terms
 from . import dop853, exact, matrix_euler, rk4, rkmk4, rosenbrock, semi_implicit_euler, splitting, taylor
 from .base import Integrator, steps_of
@@ -34,11 +36,15 @@ def shortfall(name: str, terms: Terms) -> str:
     integrator = get(name)
     if terms.loads and not integrator.resisted:
         able = [AUTO, *(other for other, one in REGISTRY.items() if one.resisted)]
-        return f"integrator {name!r} leaves out drag and tethers; choose one of {', '.join(able)}"
+        return f"integrator {name!r} leaves out {_words(LoadEffect)}; choose one of {', '.join(able)}"
     if terms.turning and integrator.torque_free_only:
         able = [AUTO, *(other for other, one in REGISTRY.items() if not one.torque_free_only)]
-        return f"integrator {name!r} leaves out forces at points; choose one of {', '.join(able)}"
+        return f"integrator {name!r} leaves out {_words(SeriesEffect)}; choose one of {', '.join(able)}"
     return ""
+
+
+def _words(kind: type[Effect]) -> str:
+    return " and ".join(effect.left_out for effect in EFFECTS.values() if isinstance(effect, kind))
 
 
 __all__ = ["AUTO", "CHOICES", "REGISTRY", "RULE", "Integrator", "get", "shortfall", "steps_of"]

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 
 from . import kernel_cache
-from .arrays import Floats, Vector
+from .arrays import Floats, Vector, python_floats
 from .quick_compiling import quick_compiling
 
 try:
@@ -67,7 +67,7 @@ def kernel(function: _Kernel) -> _Kernel:
         typed = dispatcher.get_call_template
         # A kernel is not compiled once more for each number that stands in a call of it.
         dispatcher.get_call_template = lambda args, kws: typed(tuple(map(numba.types.unliteral, args)), kws)
-        function._numba_type_ = dispatcher._numba_type_  # type: ignore[attr-defined]  # where numba looks
+        vars(function)["_numba_type_"] = dispatcher._numba_type_  # where numba looks
         _inner.append((kernel_cache.identity(function), dispatcher))
     return function
 
@@ -110,8 +110,10 @@ class Request(NamedTuple):
         if not ENABLED:
             return True
         dispatcher, signature = _entry(self.function), self.signature
-        has: bool = dispatcher._cache.has(signature, dispatcher.targetctx.codegen())
-        return has or signature in dispatcher.overloads
+        if signature in dispatcher.overloads:
+            return True
+        kept: bool = dispatcher._cache.has(signature, dispatcher.targetctx.codegen())
+        return kept
 
     @property
     def signature(self) -> tuple[Any, ...]:
@@ -127,10 +129,11 @@ def ready(function: Callable[..., _Result], *examples: object) -> Callable[..., 
     those gives Python floats, which are faster than numpy's scalars and follow the same IEEE rules.
     """
     if not ENABLED:
-        return lambda *arguments: function(*(a.data if isinstance(a, np.ndarray) else a for a in arguments))
+        return lambda *arguments: function(*(python_floats(a) if isinstance(a, np.ndarray) else a for a in arguments))
     dispatcher, signature = _entry(function), Request(function, examples).signature
-    with quick_compiling(function.__qualname__):
-        dispatcher.compile(signature)
+    if signature not in dispatcher.overloads:
+        with quick_compiling(function.__qualname__):
+            dispatcher.compile(signature)
     entry: Callable[..., _Result] = dispatcher.overloads[signature].entry_point
     return entry
 

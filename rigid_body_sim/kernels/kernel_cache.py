@@ -14,7 +14,7 @@ import sys
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 _DIGEST_SIZE = 32
 _MOST_LINKS = 40  # on one way, as Linux has it
@@ -119,7 +119,7 @@ class KernelCache:
     line in the log of the name ``rigid_body_sim`` says so.
     """
 
-    _told: set[str] = set()  # noqa: RUF012  (of all kernels of the process)
+    _told: ClassVar[set[str]] = set()  # of all kernels of the process
 
     def __init__(self, function: Any, folder: Path | None, why_not: str = ""):
         self._function, self._folder, self._why_not = function, folder, why_not

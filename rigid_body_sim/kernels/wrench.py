@@ -1,10 +1,11 @@
 """The held wrench as kernels see it: reduced to principal axes and carried vectors, and its force and torque."""
 
 import math
+from array import array
 from collections.abc import Sequence
 from typing import Any
 
-from .arrays import Floats
+from .arrays import Floats, Vector, python_floats
 from .compiled import kernel
 from .model import (
     ALONG_AXES,
@@ -26,7 +27,10 @@ from .model import (
     WRENCH,
     to_principal,
 )
-from .vectors import cross, power_of_two, qrotate, qrotate_back, unit_vector
+from .vectors import cross, power_of_two, qrotate, qrotate_back
+
+_IDENTITY = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
+_NOTHING = (0.0,) * 6
 
 
 @kernel
@@ -74,23 +78,33 @@ def _carry_levers(model: Floats, turned: bool) -> None:
 
 def write_arms(model: Floats) -> None:
     """Fill what ``reduce_wrench`` needs and no wrench changes. No kernel: called for each new model."""
-    numbers: Any = model.data  # whose items are Python's floats
+    numbers = python_floats(model)
     n = int(model[N_LEVERS])
     if n == 0:
         model[ARMS], model[ARMS + 4], model[ARMS + 8] = 1.0, 1.0, 1.0  # A torque is its own arm.
         return
-    vectors = [tuple(numbers[LEVERS + LEVER_SIZE * k + 3 : LEVERS + LEVER_SIZE * k + 6]) for k in range(n)]
+    places = range(LEVERS, LEVERS + LEVER_SIZE * n, LEVER_SIZE)
+    vectors = [tuple(numbers[p + 3 : p + 6]) for p in places]
+    arms = [_arm_principal(numbers, p) for p in places]
+    along_axes = [_skew(components, arms) for components in zip(*vectors, strict=True)]
+    numbers[ALONG_AXES : ALONG_AXES + 36] = array("d", (*_IDENTITY, *along_axes[0], *along_axes[1], *along_axes[2]))
+    first = vectors[0]
     if _are_parallel(vectors):
-        model[PARALLEL] = 1.0
-        _write_block(numbers, ALONG_FIRST, [vectors[0]])
-    _write_block(numbers, ALONG_AXES, [unit_vector(axis) for axis in range(3)])
+        numbers[PARALLEL] = 1.0
+        j = max(range(3), key=lambda i: abs(first[i]))
+        along_first = _skew([vector[j] / first[j] for vector in vectors], arms)
+        numbers[ALONG_FIRST : ALONG_FIRST + 18] = array("d", (*first, *_NOTHING, *along_first))
 
 
-def _write_block(model: Any, at: int, carried: Sequence[Sequence[float]]) -> None:
-    for i, vector in enumerate(carried):
-        for j in range(3):
-            model[at + 3 * i + j] = vector[j]
-        _add_arms(model, vector, at + 9 + 9 * i)
+def _arm_principal(model: Any, p: int) -> tuple[float, float, float]:
+    """Arm of the lever at ``model[p]``, principal axes; a force's from the centre of mass."""
+    c, is_force = CENTER_OF_MASS, model[p + 6]
+    return to_principal(
+        model,
+        model[p] - is_force * model[c],
+        model[p + 1] - is_force * model[c + 1],
+        model[p + 2] - is_force * model[c + 2],
+    )
 
 
 def _are_parallel(vectors: Sequence[Sequence[float]]) -> bool:
@@ -104,25 +118,12 @@ def _are_parallel(vectors: Sequence[Sequence[float]]) -> bool:
     return not any(any(cross(x, y, z, *other)) for other in vectors[1:])
 
 
-def _add_arms(model: Any, direction: Sequence[float], a: int) -> None:
-    """Add the skew matrix of each lever's arm, a force's from the centre of mass, weighted by what is along one vector.
-
-    The levers' vectors are all parallel to it, or it is an axis: the weight follows from its largest component.
-    """
-    j = max(range(3), key=lambda i: abs(direction[i]))
-    c = CENTER_OF_MASS
-    for p in range(LEVERS, LEVERS + LEVER_SIZE * int(model[N_LEVERS]), LEVER_SIZE):
-        at = model[p + 6]
-        x, y, z = to_principal(
-            model, model[p] - at * model[c], model[p + 1] - at * model[c + 1], model[p + 2] - at * model[c + 2]
-        )
-        weight = model[p + 3 + j] / direction[j]
-        model[a + 1] -= weight * z
-        model[a + 2] += weight * y
-        model[a + 3] += weight * z
-        model[a + 5] -= weight * x
-        model[a + 6] -= weight * y
-        model[a + 7] += weight * x
+def _skew(weights: Sequence[float], arms: Sequence[Vector]) -> tuple[float, ...]:
+    """Skew matrix, row by row, of the weighted sum of the arms."""
+    x = y = z = 0.0
+    for weight, arm in zip(weights, arms, strict=True):
+        x, y, z = x + weight * arm[0], y + weight * arm[1], z + weight * arm[2]
+    return 0.0, 0.0 - z, y, z, 0.0, 0.0 - x, 0.0 - y, x, 0.0  # no minus zero
 
 
 @kernel

@@ -2,6 +2,8 @@
 
 import sys
 from collections.abc import Mapping
+from functools import partial
+from importlib import import_module
 from typing import Any
 
 from ..command_line import WRONG
@@ -50,12 +52,8 @@ def _compile(given: Mapping[str, Any]) -> None:
     if first_start.missing(now):
         found = "; the next start finds them" if compiled.FOLDER else ""
         print(f"{NAME}: compiling kernels for this scene, some seconds{found}", file=sys.stderr, flush=True)
-    first_start.compile_together(now, meanwhile=_import_node)
+    first_start.compile_together(now, meanwhile=partial(import_module, ".node", __package__))
     first_start.compile_in_background(later)
-
-
-def _import_node() -> None:
-    from . import node  # noqa: F401  so that it is there
 
 
 def _compile_everything(args: list[str] | None) -> int:

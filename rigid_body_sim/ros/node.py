@@ -131,7 +131,7 @@ class RigidBodyNode(Node):
 
     def _compile(self, terms: Terms) -> None:
         """What the terms need that was not compiled yet, which the loop has to wait for."""
-        if first_start.missing(first_start.needed(terms, self.scene["integrator.name"])):
+        if first_start.missing(first_start.of_scene(terms, self.scene["integrator.name"], self.scene["outputs"])):
             self.get_logger().warning("compiling kernels for what was set: the simulation waits for some seconds")
             first_start.wait()
 

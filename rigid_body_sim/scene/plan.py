@@ -8,6 +8,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from ..effects import constant_force
 from ..terms import Terms
 from ..values.wrench import Wrench
 
@@ -88,4 +89,6 @@ def _left_out(terms: Terms, wrench: Wrench, still: bool) -> Iterator[str]:
         yield "body-axes torque"
     if not any(values[9:12]):
         yield "world-axes torque"
-    yield from terms.left_out(wrench)
+    for words in terms.left_out:
+        if not (wrench.points and words == constant_force.EFFECT.left_out):  # of which a wrench may have some itself
+            yield words

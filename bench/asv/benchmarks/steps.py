@@ -62,19 +62,21 @@ WEIGHT_AT_A_POINT = Wrench(points=[((0.003, -0.002, 0.02), (0.0, 0.0, -4.905))])
 TRUE = (0.0096913564880753471, -0.33553733395796011, 0.32653682206090054, 0.88356917044913533)
 
 
-def track_attitude_error() -> float:
-    """Angle [rad] between that attitude and ours, in steps of 0.1 s: grows when something is no longer exact."""
-    simulation = Simulation(ASYMMETRIC, THROWN, rate=10.0)
-    simulation.set_wrench(WEIGHT_AT_A_POINT)
-    simulation.step(100)
-    w, x, y, z = simulation.state.orientation
-    a, b, c, d = TRUE
-    turn = (
-        w * b - x * a - y * d + z * c,
-        w * c + x * d - y * a - z * b,
-        w * d - x * c + y * b - z * a,
-    )
-    return 2.0 * math.asin(min(1.0, math.hypot(*turn)))
+class Error:
+    """How far the attitude ends from the true one: grows when something is no longer exact."""
 
+    unit = "rad"
 
-track_attitude_error.unit = "rad"  # type: ignore[attr-defined]  # where asv looks
+    def track_attitude(self) -> float:
+        """Angle [rad] between that attitude and ours, in steps of 0.1 s."""
+        simulation = Simulation(ASYMMETRIC, THROWN, rate=10.0)
+        simulation.set_wrench(WEIGHT_AT_A_POINT)
+        simulation.step(100)
+        w, x, y, z = simulation.state.orientation
+        a, b, c, d = TRUE
+        turn = (
+            w * b - x * a - y * d + z * c,
+            w * c + x * d - y * a - z * b,
+            w * d - x * c + y * b - z * a,
+        )
+        return 2.0 * math.asin(min(1.0, math.hypot(*turn)))
