@@ -7,7 +7,7 @@ import numpy as np
 from . import integrators
 from .integrators import Integrator, steps_of
 from .kernels import compiled
-from .kernels.arrays import Floats
+from .kernels.arrays import Floats, zeros_on_a_line
 from .kernels.motion import Acting
 from .kernels.state import SIZE
 from .kernels.stiffness import spectral_radius
@@ -63,7 +63,7 @@ class Stepping:
         for integrator in within_reach(self.terms, self.asked):
             if integrator.name not in self._made:
                 steps = compiled.ready_steps(request(integrator, self.terms.kernels))
-                self._made[integrator.name] = steps, np.zeros(integrator.work_size)
+                self._made[integrator.name] = steps, zeros_on_a_line(integrator.work_size)
         if self.stiffness is not None:
             self.stiffness = spectral_radius(self.terms.kernels, state, model) * self._h
 

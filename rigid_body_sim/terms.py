@@ -12,12 +12,16 @@ from .effects.base import Lever, LoadEffect, SeriesEffect, together
 from .kernels.arrays import Floats, Vector
 from .kernels.model import (
     CENTER_OF_MASS,
+    DIFFERENCES,
     EULER,
     FASTEST,
     GRAVITY,
+    GYRO,
+    INVERSE,
     LEVERS,
     LOADS,
     MASS,
+    MOMENT_ROW,
     MOMENTS,
     MOST_MOMENTUM,
     N_LEVERS,
@@ -138,7 +142,12 @@ class Terms:
         model[GRAVITY : GRAVITY + 3] = self.gravity
         model[RTOL] = self.rtol
         x, y, z = map(float, body.principal_moments)
-        model[EULER : EULER + 3] = (y - z) / x, (z - x) / y, (x - y) / z
+        differences = y - z, z - x, x - y
+        model[EULER : EULER + 3] = differences[0] / x, differences[1] / y, differences[2] / z
+        for lane, axis in enumerate((0, 1, 2, 0)):
+            moment = body.principal_moments[axis]
+            model[DIFFERENCES + lane], model[MOMENT_ROW + lane] = 2.0 * differences[axis], moment
+            model[GYRO + lane], model[INVERSE + lane] = 2.0 * model[EULER + axis], 1.0 / moment
         model[MOST_MOMENTUM] = FASTEST * body.mass
         model[SAFE_ANGULAR_MOMENTUM] = FASTEST * min(x, y, z) / (1.0 + math.hypot(*body.center_of_mass))
         return model

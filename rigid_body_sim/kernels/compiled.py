@@ -9,7 +9,7 @@ import hashlib
 import os
 from collections import Counter
 from collections.abc import Callable, Sequence
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
 
@@ -129,13 +129,18 @@ def ready(function: Callable[..., _Result], *examples: object) -> Callable[..., 
     those gives Python floats, which are faster than numpy's scalars and follow the same IEEE rules.
     """
     if not ENABLED:
-        return lambda *arguments: function(*(python_floats(a) if isinstance(a, np.ndarray) else a for a in arguments))
+        return partial(_run_as_python, function)
     dispatcher, signature = _entry(function), Request(function, examples).signature
     if signature not in dispatcher.overloads:
         with quick_compiling(function.__qualname__):
             dispatcher.compile(signature)
     entry: Callable[..., _Result] = dispatcher.overloads[signature].entry_point
     return entry
+
+
+def _run_as_python(function: Callable[..., _Result], *arguments: Any) -> _Result:
+    with np.errstate(all="ignore"):  # rows follow IEEE rules without a word, as compiled code does
+        return function(*(python_floats(one) if isinstance(one, np.ndarray) else one for one in arguments))
 
 
 def ready_steps(request: Request) -> Steps:

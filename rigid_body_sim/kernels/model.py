@@ -29,7 +29,11 @@ LOADS = 33  # of each kind of load (see effects): how many there are, and where 
 PARALLEL = LOADS + 2 * MOST_LOADS  # 1 when all levers have their vectors along that of the first
 ALONG_FIRST = PARALLEL + 1  # what is carried, and arms, of the levers: one vector, that of the first; 9 + 27
 ALONG_AXES = ALONG_FIRST + 36  # the same: the three world axes
-REDUCED = ALONG_AXES + 36
+GYRO = ALONG_AXES + 36  # 2 EULER as a row, x y z x (see kernels.series); so are the next
+DIFFERENCES = GYRO + 4  # 2 (I_y − I_z) and so on
+INVERSE = GYRO + 8  # 1 / I
+MOMENT_ROW = GYRO + 12  # I
+REDUCED = GYRO + 16
 FORCE = REDUCED  # force in principal axes, 3
 TORQUE = REDUCED + 3  # torque about the centre of mass in principal axes, 3
 FORCE_WORLD = REDUCED + 6  # force in world axes, gravity included, 3
@@ -37,7 +41,9 @@ N_CARRIED = REDUCED + 9
 ONLY_WORLD_TORQUE = REDUCED + 10  # 1 when all torque is fixed in the world: L is then a closed form
 CARRIED = REDUCED + 11  # B_i, world, 3 x 3
 ARMS = CARRIED + 9  # A_i, 3 x 9
-LEVERS = REDUCED + 47  # levers: arm (body axes), vector (world), and 1 for a force at a point, 0 for a couple; 7 each
+# Each A_i as three rows, its diagonals (A_xx, A_yy, A_zz), (A_xy, A_yz, A_zx) and (A_xz, A_yx, A_zy); 3 x 3 x 4.
+ARM_ROWS = ARMS + 27
+LEVERS = ARM_ROWS + 36  # levers: arm (body axes), vector (world), and 1 for a force at a point, 0 for a couple; 7 each
 LEVER_SIZE = 7
 
 FASTEST = 1e307  # m/s, rad/s: a velocity beyond it may have no finite components in other axes

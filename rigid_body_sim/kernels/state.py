@@ -9,10 +9,10 @@ integrator that knows Rᵀ L better than q says writes it back into them (``alig
 """
 
 import math
+from typing import Any
 
 from .arrays import Floats
 from .compiled import kernel
-from .extended import xrotate_back, xunscale
 from .model import (
     CENTER_OF_MASS,
     FASTEST,
@@ -24,6 +24,8 @@ from .model import (
     rates_principal,
     to_body,
 )
+from .row_vectors import xrotated_back
+from .straight_line import Row, magnitude, row, set_row, straight_line, sum_of
 from .vectors import cross, qmultiply, qrotate, qrotate_back
 from .wrench import force_world, reduce_wrench, torque_principal
 
@@ -44,30 +46,12 @@ def is_thin(model: Floats) -> bool:
     return max(x, y, z) > THIN * min(x, y, z)
 
 
-@kernel
+@straight_line
 def body_momentum(state: Floats) -> tuple[float, float, float, float, float, float]:
     """Rᵀ L, principal axes, as three extended numbers, with the low-order parts of q and L."""
-    i = LOW
-    qq, qql, a, al, b, bl, c, cl = xrotate_back(
-        state[Q],
-        state[i + Q],
-        state[Q + 1],
-        state[i + Q + 1],
-        state[Q + 2],
-        state[i + Q + 2],
-        state[Q + 3],
-        state[i + Q + 3],
-        state[L],
-        state[i + L],
-        state[L + 1],
-        state[i + L + 1],
-        state[L + 2],
-        state[i + L + 2],
-    )
-    a, al = xunscale(a, al, qq, qql)
-    b, bl = xunscale(b, bl, qq, qql)
-    c, cl = xunscale(c, cl, qq, qql)
-    return a, al, b, bl, c, cl
+    momentum, low = (row(state, at + L - 1, 4)[[1, 2, 3, 1]] for at in (0, LOW))
+    high, low = xrotated_back(row(state, Q, 4), row(state, LOW + Q, 4), momentum, low)
+    return high[0], low[0], high[1], low[1], high[2], low[2]
 
 
 @kernel
@@ -163,6 +147,15 @@ def add_compensated(state: Floats, i: int, d: float) -> None:
     state[i] = total
 
 
+def add_row(state: Any, at: int, gain: Row) -> None:
+    """The same for the four numbers from state[at] on, in a straight_line kernel."""
+    high, d = row(state, at, 4), gain + row(state, LOW + at, 4)
+    total = high + d
+    kept = total - high
+    set_row(state, LOW + at, (high - (total - kept)) + (d - kept))
+    set_row(state, at, total)
+
+
 @kernel
 def add_impulse(state: Floats, model: Floats) -> None:
     """Add to P and L the impulse J [N s] and its moment [N m s] that ``model`` holds as its wrench, without gravity.
@@ -192,32 +185,42 @@ def add_to_attitude(state: Floats, dw: float, dx: float, dy: float, dz: float) -
     state[Q], state[Q + 1], state[Q + 2], state[Q + 3] = unit * w, unit * x, unit * y, unit * z
 
 
-@kernel
+@straight_line
 def copy(source: Floats, at: int, target: Floats, to: int) -> None:
     """Copy the 26 numbers of a state from source[at:] to target[to:]."""
-    for i in range(SIZE):
-        target[to + i] = source[at + i]
+    for i in (0, 8, 16, SIZE - 8):
+        set_row(target, to + i, row(source, at + i, 8))
 
 
 @kernel
 def is_finite(state: Floats, model: Floats) -> bool:
     """Whether all 13 numbers are finite, the attitude is one, and the velocities are finite in whatever axes.
 
-    x − x is 0 for finite numbers and NaN for others. A change of the quaternion whose square overflows leaves it zero.
+    A change of the quaternion whose square overflows leaves it zero.
     """
-    total = 0.0
-    for i in range(LOW):
-        total += state[i] - state[i]
-    w, x, y, z = state[Q], state[Q + 1], state[Q + 2], state[Q + 3]
-    if not (total == 0.0 and w * w + x * x + y * y + z * z > 0.0):
+    nothing, turn, momentum, angular_momentum = _sizes(state)
+    if not (nothing == 0.0 and turn > 0.0):
         return False
+    if momentum <= model[MOST_MOMENTUM] and angular_momentum <= model[SAFE_ANGULAR_MOMENTUM]:
+        return True
     most = model[MOST_MOMENTUM]
     if abs(state[P]) > most or abs(state[P + 1]) > most or abs(state[P + 2]) > most:
         return False
-    safe = model[SAFE_ANGULAR_MOMENTUM]
-    if abs(state[L]) <= safe and abs(state[L + 1]) <= safe and abs(state[L + 2]) <= safe:
-        return True
     return _rates_are_finite(state, model)
+
+
+@straight_line
+def _sizes(state: Floats) -> tuple[float, float, float, float]:
+    """0 where all is finite, else NaN; |q|²; sums of the absolute values of P and of L."""
+    rows = [row(state, at, 4) for at in (X, Q, P, L - 1)]
+    nothing = [one - one for one in rows]
+    q, p, l = rows[1], magnitude(rows[2]), magnitude(rows[3])
+    return (
+        sum_of((nothing[0] + nothing[1]) + (nothing[2] + nothing[3])),
+        sum_of(q * q),
+        (p[0] + p[1]) + p[2],
+        (l[1] + l[2]) + l[3],
+    )
 
 
 @kernel

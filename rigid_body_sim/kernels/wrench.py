@@ -10,6 +10,7 @@ from .compiled import kernel
 from .model import (
     ALONG_AXES,
     ALONG_FIRST,
+    ARM_ROWS,
     ARMS,
     CARRIED,
     CENTER_OF_MASS,
@@ -56,6 +57,16 @@ def reduce_wrench(model: Floats) -> None:
             model[ONLY_WORLD_TORQUE] = 1.0
     else:
         _carry_levers(model, turned)
+    for i in range(int(model[N_CARRIED])):
+        _write_arm_rows(model, ARMS + 9 * i, ARM_ROWS + 12 * i)
+
+
+@kernel
+def _write_arm_rows(model: Floats, arm: int, to: int) -> None:
+    for diagonal in range(3):
+        for axis in range(3):
+            model[to + 4 * diagonal + axis] = model[arm + 3 * axis + (axis + diagonal) % 3]
+        model[to + 4 * diagonal + 3] = model[to + 4 * diagonal]
 
 
 @kernel

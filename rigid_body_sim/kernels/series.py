@@ -1,0 +1,301 @@
+"""The Taylor series of a body's motion over a trial step, four and eight numbers at a time.
+
+The unknowns are the attitude relative to the start of the step Q, the rates in principal axes as the half angles
+η = ½ h ω of a trial step h, and the carried vectors b = Rᵀ B (see kernels.wrench), in the time θ = t / h:
+
+    Q' = Q ⊗ η        η' = 2 c ∘ (η_y η_z, η_z η_x, η_x η_y) + ½ h² I₀⁻¹ (τ + Σ A_i b_i)        b_i' = 2 b_i × η
+
+with c the coefficients of Euler's equation (theory 2.5.5, 2.7). Order k + 1 follows from Cauchy products of all orders
+up to k. An order is a few *rows* of four numbers: q = (x, y, z, w), and vectors as (x, y, z, x). Permuted, all products
+are products of rows:
+
+    left    w w w x    y z x z    z x y y    yzx of η       and of each carried vector   zxy of b    yzx of b
+    right   η          zxy of η   yzx of η   zxy of η       whose right are the last two of these
+
+The first three add up to Q ⊗ η, with the third taken from the others, and all from nothing in lane w; the fourth are
+the gyroscopic products. In memory two neighbours are one row of eight. The products with order 0 are taken last: all
+others are known before the newest order is.
+"""
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from .arrays import Floats
+from .model import ARM_ROWS, CARRIED, DIFFERENCES, FORCE, GYRO, INVERSE, MOMENT_ROW, TORQUE
+from .row_vectors import YZX, ZXY, crossed, rotated_back
+from .state import L, Q
+from .straight_line import Row, looped, magnitude, picked, repeated, row, row_of, set_row, straight_line, sum_of
+from .vectors import cross
+
+HIGHEST_ORDER = 28
+MOST_CARRIED = 3
+
+# Where rows lie, from the start of what a caller sets aside; all begin at multiples of eight.
+RATES = 0  # ω in principal axes [rad/s]
+TORQUES = 4  # torque in principal axes [N m]
+GAIN = 8  # sum of the terms of order 1 and up: q and η; while they are being found, of order 2 and up
+ARMS = 16  # ½ h² I₀⁻¹ A_i: the diagonals of A_i that go with (bx, by, bz), (by, bz, bx), (bz, bx, by)
+IMPULSE = ARMS + 36  # ∫ R F dθ, then ∬ R F dθ², of a force in body axes, in principal axes at the start
+SCALE = IMPULSE + 8  # ½ h²
+TERMS = IMPULSE + 12
+TERM, RIGHT, LEFT = 0, 8, 24  # of each order: q and η; right; left, those of the carried vectors last
+STRIDE = LEFT + 16 + 8 * MOST_CARRIED + 8  # from one order to the next: no power of two, which would be slow
+SIZE = TERMS + (HIGHEST_ORDER + 1) * STRIDE
+WIDE = 8  # up to this order rows of four are multiplied, which is quicker for few of them
+
+_BOTH = list(range(8))
+_TURN = np.array([1.0, 1.0, 1.0, -1.0])  # sign of the first two products in Q ⊗ η
+_VECTOR = np.array([1.0, 1.0, 1.0, 0.0])
+
+
+class _Order:
+    """One order: its terms, and the rows of the products that it is a factor of."""
+
+    def __init__(self, q: Row, eta: Row, carried: Sequence[Row]):
+        self.q, self.eta, self.carried = q, eta, carried
+        yzx, zxy = eta[YZX], eta[ZXY]
+        self.right = [eta, zxy, yzx, zxy]
+        self.left = [q[[3, 3, 3, 0]], q[[1, 2, 0, 2]], q[[2, 0, 1, 1]], yzx]
+        for b in carried:
+            self.left += [b[ZXY], b[YZX]]
+
+    def keep(self, work: Any, k: int) -> None:
+        """Write it to where the others are found."""
+        at = TERMS + k * STRIDE
+        for place, rows in ((TERM, [self.q, self.eta]), (RIGHT, self.right), (LEFT, self.left)):
+            if k < WIDE:
+                for i, one in enumerate(rows):
+                    set_row(work, at + (place + 4 * i), one)
+            else:
+                for i in range(0, len(rows), 2):
+                    set_row(work, at + (place + 4 * i), picked(rows[i], rows[i + 1], _BOTH))
+
+
+def _kept(work: Any, k: int, carried: int) -> _Order:
+    at = TERMS + k * STRIDE
+    vectors = [_carried_vector(work, at, i) for i in range(carried)]
+    return _Order(row(work, at + TERM, 4), row(work, at + RIGHT, 4), vectors)
+
+
+def _carried_vector(work: Any, at: int, i: int) -> Row:
+    return row(work, at + (LEFT + 16 + 8 * i), 4)[YZX]
+
+
+@straight_line
+def set_rates(state: Floats, model: Floats, work: Floats) -> None:
+    """ω = I₀⁻¹ Rᵀ L, theory (2.4.3)."""
+    l_body = rotated_back(row(state, Q, 4), row_of(state[L], state[L + 1], state[L + 2], state[L]))
+    set_row(work, RATES, l_body / row(model, MOMENT_ROW, 4))
+
+
+def carry(carried: int) -> Callable[[Floats, Floats, Floats], float]:
+    """The kernel that sets the carried vectors and the torque; it returns how fast the body turns, squared [1/s²].
+
+    That is ω·ω plus the sum of the components of I₀⁻¹ τ.
+    """
+
+    @straight_line
+    def set_carried(state: Floats, model: Floats, work: Floats) -> float:
+        torque = row(model, TORQUE, 4)[[0, 1, 2, 0]]
+        for i in range(carried):
+            x, y, z = (model[CARRIED + 3 * i + axis] for axis in range(3))
+            b = rotated_back(row(state, Q, 4), row_of(x, y, z, x))
+            set_row(work, TERMS + (LEFT + 16 + 8 * i), b[ZXY])
+            torque = torque + _arm_products(model, ARM_ROWS + 12 * i, b)
+        set_row(work, TORQUES, torque)
+        w = row(work, RATES, 4)
+        turning = w * w + magnitude(torque * row(model, INVERSE, 4))
+        x, y, z = (turning[axis] for axis in range(3))
+        return (x + y) + z
+
+    return set_carried
+
+
+def begin(carried: int) -> Callable[[Floats, Floats, float], float]:
+    """The kernel that sets orders 0 and 1 for a trial step of h [s], and returns the size of order 1."""
+
+    @straight_line
+    def set_first(work: Floats, model: Floats, h: float) -> float:
+        scale, inverse = (0.5 * h) * h, row(model, INVERSE, 4)
+        work[SCALE] = scale
+        for at in range(0, 12 * carried, 4):
+            set_row(work, ARMS + at, (scale * inverse) * row(model, ARM_ROWS + at, 4))
+        eta, torque = (0.5 * h) * row(work, RATES, 4), row(work, TORQUES, 4)
+        oldest = _Order(1.0 - _VECTOR, eta, [_carried_vector(work, TERMS, i) for i in range(carried)])
+        oldest.keep(work, 0)
+        gyroscopic = row(model, DIFFERENCES, 4) * (eta[YZX] * eta[ZXY])
+        gained = (gyroscopic + scale * torque) / row(model, MOMENT_ROW, 4)
+        first = _Order(_VECTOR * eta, gained, [2.0 * crossed(b, eta) for b in oldest.carried])
+        first.keep(work, 1)
+        return sum_of(magnitude(first.q) + magnitude(first.eta))
+
+    return set_first
+
+
+def orders(carried: int, first: int, last: int, careful: int) -> Callable[[Floats, Floats], tuple[float, float]]:
+    """The kernel that adds orders ``first + 1`` to ``last``, and returns sizes: of the last pair, of that before.
+
+    Up to order ``careful`` quotients are formed by division: what rounding drops of 1/3, or of a coefficient of Euler's
+    equation, is the same in every step, and does work in each.
+    """
+
+    @straight_line
+    def add_orders(work: Floats, model: Floats) -> tuple[float, float]:
+        oldest, newest = _kept(work, 0, carried), _kept(work, first, carried)
+        q, eta = (np.zeros(4), np.zeros(4)) if first == 1 else (row(work, GAIN, 4), row(work, GAIN + 4, 4))
+        for k in range(first, last):
+            newest = _next(work, model, k, newest, oldest, k < careful)
+            newest.keep(work, k + 1)
+            q, eta = q + newest.q, eta + newest.eta
+        set_row(work, GAIN, q)
+        set_row(work, GAIN + 4, eta)
+        d, c, b, a = (row(work, TERMS + k * STRIDE + TERM, 8) for k in range(last - 3, last + 1))
+        return sum_of(magnitude(a) + magnitude(b)), sum_of(magnitude(c) + magnitude(d))
+
+    return add_orders
+
+
+def _next(work: Any, model: Any, k: int, newest: _Order, oldest: _Order, careful: bool) -> _Order:
+    """Order k + 1, for k above 0."""
+    share, middle = 1.0 / (k + 1), _middle(work, k, newest)
+    by_w, by_yzx, by_zxy, yzx = newest.left[:4]
+    eta_old, zxy_old, yzx_old = oldest.right[:3]
+    turn = (middle[0] + by_w * eta_old) + (middle[1] + by_yzx * zxy_old)
+    q = ((share * _VECTOR) * newest.eta + (share * _TURN) * turn) - share * (middle[2] + by_zxy * yzx_old)
+    products = middle[3] + (yzx * zxy_old + newest.right[1] * yzx_old)
+    eta = _careful_rates(work, model, k, products, newest) if careful else _rates(work, model, share, products, newest)
+    return _Order(q, eta, [_turned(2.0 * share, i, middle, newest, oldest) for i in range(len(newest.carried))])
+
+
+def _rates(work: Any, model: Any, share: float, products: Row, newest: _Order) -> Row:
+    gained = (share * row(model, GYRO, 4)) * products
+    for i, b in enumerate(newest.carried):
+        gained = gained + share * _arm_products(work, ARMS + 12 * i, b)
+    return gained
+
+
+def _careful_rates(work: Any, model: Any, k: int, products: Row, newest: _Order) -> Row:
+    """The same by division, with the rounding of a quotient that is another one each time."""
+    gained = row(model, DIFFERENCES, 4) * products
+    for i, b in enumerate(newest.carried):
+        gained = gained + work[SCALE] * _arm_products(model, ARM_ROWS + 12 * i, b)
+    return gained / row(model, MOMENT_ROW, 4) / float(k + 1)
+
+
+def _turned(share: float, i: int, middle: Sequence[Row], newest: _Order, oldest: _Order) -> Row:
+    """``share`` times the coefficient of b_i × η."""
+    at = 4 + 2 * i
+    (zxy, yzx), (old_zxy, old_yzx) = newest.left[at : at + 2], oldest.left[at : at + 2]
+    gained = (middle[at + 1] + yzx * oldest.right[1]) + old_yzx * newest.right[1]
+    lost = (middle[at] + zxy * oldest.right[2]) + old_zxy * newest.right[2]
+    return share * (gained - lost)
+
+
+def _middle(work: Any, k: int, newest: _Order) -> list[Row]:
+    """Coefficient k of all products, without those with order 0; the products with the newest orders last."""
+    count, lanes = len(newest.left), 4 if k < WIDE else 8
+    sums = tuple(np.zeros(lanes) for _ in range(0, 4 * count, lanes))
+
+    def add(j: Any, *sums: Row) -> tuple[Row, ...]:
+        left, right = TERMS + j * STRIDE + LEFT, TERMS + (k - j) * STRIDE + RIGHT
+        places = (lanes * i for i in range(len(sums)))
+        return tuple(
+            one + row(work, left + at, lanes) * row(work, right + (at if at < 16 else 8 + at % 8), lanes)
+            for one, at in zip(sums, places, strict=True)
+        )
+
+    def add_two(i: Any, *sums: Row) -> tuple[Row, ...]:
+        return add(k - i, *add(i, *sums))
+
+    if k % 2 == 0:
+        sums = add(k // 2, *sums)
+    pairs = (k - 1) // 2
+    if k < WIDE:
+        for i in range(pairs, 0, -1):
+            sums = add_two(i, *sums)
+        return list(sums)
+    if pairs % 2 == 1:
+        sums = add_two(pairs, *sums)
+    top = pairs - pairs % 2
+
+    def add_four(n: Any, *sums: Row) -> tuple[Row, ...]:
+        return add_two(top - 1 - 2 * n, *add_two(top - 2 * n, *sums))
+
+    sums = looped(work, 0, top // 2, sums, add_four)
+    return [half for one in sums for half in (one[[0, 1, 2, 3]], one[[4, 5, 6, 7]])]
+
+
+def _arm_products(numbers: Any, at: int, b: Row) -> Row:
+    """A b of a matrix that is kept as three diagonals from ``numbers[at]`` on."""
+    straight, once, twice = (row(numbers, at + 4 * n, 4) for n in range(3))
+    return (straight * b + once * b[YZX]) + twice * b[ZXY]
+
+
+@straight_line
+def gain_whole(work: Floats) -> None:
+    """Sum all terms, the small ones first: of a trial step that is taken as it is."""
+    set_row(work, GAIN, row(work, TERMS + STRIDE + TERM, 8) + row(work, GAIN, 8))
+
+
+@straight_line
+def gain_part(work: Floats, f: float) -> None:
+    """Sum f^k term_k up to the highest order, odd and even powers apart."""
+    odd, even = np.zeros(8), np.zeros(8)
+    square = f * f
+    for k in range(HIGHEST_ORDER, 0, -2):
+        even = square * (even + row(work, TERMS + k * STRIDE + TERM, 8))
+        odd = square * odd + row(work, TERMS + (k - 1) * STRIDE + TERM, 8)
+    set_row(work, GAIN, even + f * odd)
+
+
+def _nodes(count: int) -> tuple[Row, Row, Row]:
+    """Gauss' nodes between 0 and 1, and the weights with which values there make ∫ dθ and ∬ dθ²."""
+    between_ones, weights = np.polynomial.legendre.leggauss(count)
+    nodes = 0.5 * (1.0 + between_ones)
+    return nodes, 0.5 * weights, 0.5 * weights * (1.0 - nodes)
+
+
+def impulse_by(nodes: int) -> Callable[[Floats, Floats, int, float], None]:
+    """The kernel that finds the impulse of the force in body axes from its values at so many times."""
+    times, weights, second_weights = _nodes(nodes)
+
+    @straight_line
+    def set_impulse(work: Floats, model: Floats, order: int, f: float) -> None:
+        then, top = f * times, order + 1
+
+        def add_term(i: Any, *sums: Row) -> tuple[Row, ...]:
+            at = TERMS + (top - i) * STRIDE + TERM
+            return tuple(then * (one + work[at + n]) for n, one in enumerate(sums))
+
+        _set_impulse(
+            work, model, repeated(1, top, tuple(np.zeros(nodes) for _ in range(4)), add_term), weights, second_weights
+        )
+
+    return set_impulse
+
+
+def _set_impulse(work: Any, model: Any, turn: Sequence[Row], weights: Row, second_weights: Row) -> None:
+    """With Q = 1 + [s, v] and a = v × F, R F = F + 2 (a + s a + v × a)."""
+    x, y, z, s = turn
+    force = [model[FORCE + axis] for axis in range(3)]
+    a = cross(x, y, z, *force)
+    gains = [one + (s * one + two) for one, two in zip(a, cross(x, y, z, *a), strict=True)]
+    for at, share, by in ((IMPULSE, 1.0, weights), (IMPULSE + 4, 0.5, second_weights)):
+        for axis in range(3):
+            work[at + axis] = share * force[axis] + 2.0 * sum_of(by * gains[axis])
+
+
+SHORT_ORDER = 6  # up to which terms count for the force while the first orders are enough
+_TIMES, _WEIGHTS, _SECOND_WEIGHTS = _nodes(4)
+
+
+@straight_line
+def set_short_impulse(work: Floats, model: Floats) -> None:
+    """The same for a whole step of few orders."""
+    sums = [np.zeros(4) for _ in range(4)]
+    for k in range(1, SHORT_ORDER + 1):
+        for n in range(4):
+            sums[n] = sums[n] + (_TIMES**k) * work[TERMS + k * STRIDE + TERM + n]
+    _set_impulse(work, model, sums, _WEIGHTS, _SECOND_WEIGHTS)
