@@ -4,11 +4,12 @@ import json
 import re
 import shutil
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 from rigid_body_sim.command_line import Parser
-from rigid_body_sim.report import page
+from rigid_body_sim.report import error_section, frontier, page
 from rigid_body_sim.report.section import Table
 
 STEM = "error_overview"
@@ -21,7 +22,23 @@ def part(folder: Path) -> str:
     facts = json.loads((folder / page.FACTS).read_text(encoding="utf-8"))
     table = page.markdown_table(Table(STEM, list(rows[0]), [list(row.values()) for row in rows]))
     quick = " --quick" if "--quick" in facts["command"] else ""  # the rest is where files lie on that machine
-    return f"{table}\n\nMade by `rigid_body_report{quick}` on {facts['date']}, {facts['machine']}."
+    made = f"Made by `rigid_body_report{quick}` on {facts['date']}, {facts['machine']}."
+    return "\n\n".join(filter(None, (table, cheaper(rows), made)))
+
+
+def cheaper(rows: Sequence[Mapping[str, Any]]) -> str:
+    """On how many of the table's problems another library costs less; nothing if none was measured."""
+    if not any(row[error_section.BEST_LIBRARY] for row in rows):
+        return ""
+    less, near = (
+        sum(row[column] is not None and row[column] < 1.0 - frontier.TIE for row in rows)
+        for column in (error_section.TIMES, error_section.TIMES_NEAR)
+    )
+    return (
+        f"Another library costs less than `taylor` and `auto` on {less} of {len(rows)} problems at an error of "
+        f"{frontier.AT:.0e}, and on {near} near round-off ({frontier.NEAR:g} times their least error, "
+        f"{frontier.NEAR_AT_BEST:.0e} at least). Compiling, which it does for a problem and a tolerance, is apart."
+    )
 
 
 def main(args: Sequence[str] | None = None) -> int:

@@ -12,6 +12,7 @@ from .method import LIBRARY, OURS, SIMULATOR, measure
 from .problems import TITLES, problem
 from .section import FAILED, Block, Heading, Measurement, Paragraph, Result, Results, Settings, Table
 
+BEST_LIBRARY, TIMES, TIMES_NEAR = "best other library", "times the cost", "times near round-off"  # of the overview
 QUICK_PEER_PROBLEMS = ("body_wrench",)  # with all of them a quick report would take minutes
 
 _INTRO = (
@@ -19,7 +20,9 @@ _INTRO = (
     "worse of attitude [rad] and position (relative to the way) at the end, against a reference of 35 digits. The cost "
     "is CPU time of the process per simulated second: warm, the median of repeats, with the quartiles beside it in the "
     "tables. What is timed goes from the start to the end, with every command on the way, and reads the end state; "
-    "nothing else. Kernels are compiled beforehand; what JAX needs to compile a problem is in the tables. On the "
+    "nothing else. Compiling is apart, in a column of its own; where that is empty, nothing is compiled for a problem: "
+    "the kernels of this package are compiled once on a machine, for all problems, and kept. A method that solves for "
+    "several equal bodies at once is shown with the cost of one of them, and is not compared with the others. On the "
     f"frontier is what no other undercuts by more than {frontier.TIE:.0%} in cost with an error not larger; errors "
     f"below {frontier.ROUND_OFF:.0e} count as equal."
 )
@@ -69,6 +72,7 @@ class ErrorSection:
                 Paragraph(problem(name).about),
                 error_against_time(found, name, folder),
                 Paragraph(conclusion(found)),
+                _methods_table(found, name),
                 _points_table(found, name),
             ]
         return [*blocks, Heading("Not measured, and why"), *_left_aside(results)]
@@ -105,7 +109,23 @@ def sentences(goals: dict[str, dict[str, Any]]) -> list[str]:
     ):
         if compared := {name: one for name, one in goals.items() if one[f"{what}_measured"]}:
             found.append(_comparison(compared, what, words, goal))
+    near = f"near round-off ({frontier.NEAR:g} times their least error, {frontier.NEAR_AT_BEST:.0e} at least)"
+    for what, where in (("peer", f"at an error of {AT:.0e}"), ("near", near)):
+        if compared := {name: one for name, one in goals.items() if one[f"{what}_measured"]}:
+            found.append(_cheaper(compared, what, where))
     return found
+
+
+def _cheaper(goals: dict[str, dict[str, Any]], what: str, where: str) -> str:
+    """On which problems another costs less than `taylor` and `auto`, and what share of it."""
+    ratios = {name: goal[what] for name, goal in goals.items() if goal[what] is not None}
+    less = [
+        f"{name} ({ratio:.2g} of it, {goals[name][what + '_name']})"
+        for name, ratio in ratios.items()
+        if ratio < 1.0 - frontier.TIE
+    ]
+    said = f"Another costs less than `taylor` and `auto` {where} on {len(less)} of {len(goals)} problems"
+    return f"{said}: {', '.join(less)}." if less else f"{said}."
 
 
 def _except(names: Sequence[str]) -> str:
@@ -152,17 +172,63 @@ def conclusion(found: Sequence[Point]) -> str:
 
 
 def _overview_table(results: Results, names: Iterable[str]) -> Table:
+    rows = [(TITLES[name], *_overview(frontier.points(results, name))) for name in names]
+    columns = (
+        "problem",
+        "taylor or auto, µs/s",
+        "least error",
+        BEST_LIBRARY,
+        TIMES,
+        TIMES_NEAR,
+        "its least error",
+        "compile s",
+        "best simulator",
+        "times that cost",
+    )
+    return Table(
+        "error_overview", columns, rows,
+        f"CPU time per simulated second at an error of {AT:.0e}; near round-off, beside the best library there.",
+    )  # fmt: skip
+
+
+def _overview(found: Sequence[Point]) -> list[str | float | None]:
+    """What the overview says of a problem."""
+    ours = [p for p in found if p["method"] in BEST]
+    libraries, simulators = ([p for p in found if p["kind"] == kind] for kind in (LIBRARY, SIMULATOR))
+    mine = frontier.cheapest(ours, AT)
+    library, times = _other(libraries, AT, mine)
+    its = [p for p in libraries if p["method"] == library]
+    row = _round(MICRO * mine["cpu"]) if mine else None, _least(ours), library, times
+    return [*row, _times_near(ours, libraries), _least(its), _compiling(its), *_other(simulators, AT, mine)]
+
+
+def _times_near(ours: Sequence[Point], others: Sequence[Point]) -> float | None:
+    """What the best of others costs near round-off, as a multiple of what BEST does."""
+    if not ours:
+        return None
+    level = frontier.near_round_off(min(p["error"] for p in ours))
+    return _other(others, level, frontier.cheapest(ours, level))[1]
+
+
+def _least(found: Iterable[Point]) -> float | None:
+    return min((p["error"] for p in found), default=None)
+
+
+def _compiling(found: Iterable[Point]) -> float | None:
+    """The longest time [s] that compiling for one of the points took."""
+    return max((p["compile_seconds"] for p in found if p["compile_seconds"] is not None), default=None)
+
+
+def _methods_table(found: Sequence[Point], name: str) -> Table:
+    """`taylor`, `auto` and each method of a peer, those that come to AT first, the cheapest of them first."""
     rows = []
-    for name in names:
-        found = frontier.points(results, name)
-        mine = frontier.cheapest([p for p in found if p["method"] in BEST], AT)
-        row: list[str | float | None] = [TITLES[name], _round(MICRO * mine["cpu"]) if mine else None]
-        for kind in (LIBRARY, SIMULATOR):
-            row += _other([p for p in found if p["kind"] == kind], AT, mine)
-        rows.append((*row, min((p["error"] for p in found if p["method"] in BEST), default=None)))
-    columns: tuple[str, ...] = ("problem", "taylor or auto, µs/s", "best other library", "times the cost")
-    columns = (*columns, "best simulator", "times that cost", "least error of taylor or auto")
-    return Table("error_overview", columns, rows, f"CPU time per simulated second at an error of {AT:.0e}.")
+    for method in dict.fromkeys(p["method"] for p in found if p["method"] in BEST or p["kind"] != OURS):
+        its = [p for p in found if p["method"] == method]
+        cost = min((MICRO * p["cpu"] for p in its if p["error"] <= AT), default=None)
+        rows.append((method, its[0]["kind"], cost and _round(cost), _least(its), _compiling(its)))
+    rows.sort(key=lambda row: (row[2] is None, row[2] or row[3]))
+    columns = ("method", "kind", f"µs/s at {AT:.0e}", "least error", "compile s")
+    return Table(f"error_{name}_methods", columns, rows, "What each costs, and how far it comes.")
 
 
 def _cheapest_table(results: Results, names: Iterable[str]) -> Table:

@@ -41,6 +41,7 @@ class Method:
     ``kind``: OURS, LIBRARY or SIMULATOR. ``knob``: STEP or RTOL, or what of both it is for a problem. ``values``: of
     the knob, coarse first, for a problem and whether it must be quick. ``start``: a Run; what it compiles takes
     ``compile_seconds`` of it, if it has that attribute. ``refusal``: why it cannot be given a problem, or empty.
+    ``bodies``: how many equal ones a Run solves at once; the times are those of one of them.
     """
 
     name: str
@@ -49,6 +50,7 @@ class Method:
     values: Callable[[Problem, bool], Iterable[float]]
     start: Callable[[Problem, float], Run]
     refusal: Callable[[Problem], str] = lambda problem: ""
+    bodies: int = 1
 
 
 def measure(method: Method, problem: Problem, quick: bool) -> dict[str, Any]:
@@ -60,7 +62,7 @@ def measure(method: Method, problem: Problem, quick: bool) -> dict[str, Any]:
         points.append({"value": value, **_point(method, problem, value, quick)})
         if _no_more_to_gain([point.get("error") for point in points]):
             break
-    return {"knob": method.knob(problem), "kind": method.kind, "points": points}
+    return {"knob": method.knob(problem), "kind": method.kind, "bodies": method.bodies, "points": points}
 
 
 def _point(method: Method, problem: Problem, value: float, quick: bool) -> dict[str, Any]:
@@ -73,7 +75,7 @@ def _point(method: Method, problem: Problem, value: float, quick: bool) -> dict[
     return {
         **errors(problem, end),
         **run.counts(),
-        **_times(run, problem.duration, quick),
+        **_times(run, problem.duration * method.bodies, quick),
         "compile_seconds": getattr(run, "compile_seconds", None),
     }
 
@@ -89,7 +91,7 @@ def _no_more_to_gain(found: Sequence[float | None]) -> bool:
 
 
 def _times(run: Run, duration: float, quick: bool) -> dict[str, float]:
-    """Process CPU time [s] per simulated second: median and quartiles of the repeats, and how many there were."""
+    """Process CPU time [s] for each second of ``duration``: median and quartiles of the repeats, and how many."""
     enough = LONG_ENOUGH / 5 if quick else LONG_ENOUGH
     used: list[float] = []
     gc.disable()

@@ -223,4 +223,5 @@ def test_the_readme_gets_table_picture_date_and_machine(folder, tmp_path):
     assert made.startswith("above\n") and made.endswith("below\n") and "old" not in made
     assert "| Free fall, 10 s |" in made and "Made by `rigid_body_report --quick" in made
     assert json.loads((folder / "made.json").read_text(encoding="utf-8"))["machine"] in made
+    assert "Another library costs less" not in made  # none was measured
     assert (tmp_path / "docs" / "images" / "report.png").stat().st_size > 5000
