@@ -46,7 +46,7 @@ setup(
         "dask": ["distributed"],
         # What the adapters in bench/peers drive.
         # bsk is Basilisk and pin is Pinocchio; the names "basilisk" and "pinocchio" on PyPI are other projects.
-        "peers": ["bsk", "diffrax", "drake", "jax", "mujoco", "pin", "scipy"],
+        "peers": ["bsk", "diffrax", "drake", "heyoka", "jax", "mujoco", "pin", "scipy"],
         "test": [
             "distributed",
             "hypothesis",

@@ -9,14 +9,17 @@ import platform
 import statistics
 import sys
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
+from bench.peers import heyoka_peer
 from rigid_body_sim import integrators
 from rigid_body_sim.command_line import takes_nothing
 from rigid_body_sim.kernels import compiled
 from rigid_body_sim.report.cost import seconds
+from rigid_body_sim.report.problems import problem
 from rigid_body_sim.simulation import Simulation
 from rigid_body_sim.values.body import Body
 from rigid_body_sim.values.state import State
@@ -80,6 +83,7 @@ def cycles() -> dict[str, Callable[[], object]]:
         "  pose": lambda: simulation.pose,
         **_mujoco_cycles(),
         **_pinocchio_cycle(),
+        **_heyoka_cycles(force, torque),
     }
 
 
@@ -132,6 +136,34 @@ def _pinocchio_cycle() -> dict[str, Callable[[], object]]:
         return state[0]
 
     return {"Pinocchio aba, integrate": cycle}
+
+
+def _heyoka_cycles(force: Sequence[float], torque: Sequence[float]) -> dict[str, Callable[[], object]]:
+    """heyoka with the wrench as parameters: the order of its series follows from the tolerance."""
+    body = replace(
+        problem("body_wrench"),
+        body=Body(2.0, MOMENTS),
+        initial=State(angular_velocity=SPIN),
+        gravity=GRAVITY,
+        wrenches=(Wrench(force, torque),),
+    )
+    try:
+        runs = {f"heyoka, rtol {rtol:.1e}": heyoka_peer.Run(body, rtol) for rtol in (heyoka_peer.RTOLS[-1], 1e-9)}
+    except ImportError:
+        return {}
+    return {name: _heyoka_cycle(run) for name, run in runs.items()}
+
+
+def _heyoka_cycle(run: heyoka_peer.Run) -> Callable[[], object]:
+    step, parameters, states, held = run.integrator.step, run.parameters, run.states, run.equations.parameters[0]
+    run.restart()
+
+    def cycle() -> object:
+        parameters[:] = held
+        step(1e-3)
+        return states.tolist()
+
+    return cycle
 
 
 def cycle_costs() -> dict[str, list[float]]:

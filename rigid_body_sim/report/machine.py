@@ -19,6 +19,7 @@ PACKAGES = (
     "scipy",
     "jax",
     "diffrax",
+    "heyoka",
     "mujoco",
     "drake",
     "bsk",

@@ -19,7 +19,7 @@ from types import ModuleType
 
 from .method import Method
 
-KNOWN = ("jax", "diffrax", "scipy", "mujoco", "drake", "basilisk", "pinocchio")
+KNOWN = ("jax", "diffrax", "heyoka", "scipy", "mujoco", "drake", "basilisk", "pinocchio")
 GROUP = "rigid_body_sim.peers"
 CHECKOUT = Path(__file__).parents[2]
 ELSEWHERE = "adapter in bench/peers of the repository: run the report of a checkout"

@@ -119,7 +119,7 @@ def test_help_and_page_tell_which_are_there(capsys):
 
 
 def test_unknown_peer_is_refused_with_those_there_are():
-    with pytest.raises(ValueError, match="'gazebo' is not known; choose one of jax, diffrax, scipy"):
+    with pytest.raises(ValueError, match="'gazebo' is not known; choose one of jax, diffrax, heyoka"):
         peers.methods("gazebo")
-    with pytest.raises(ValueError, match="'gazebo' is not known; choose one of jax, diffrax, scipy"):
+    with pytest.raises(ValueError, match="'gazebo' is not known; choose one of jax, diffrax, heyoka"):
         measured("gazebo")
