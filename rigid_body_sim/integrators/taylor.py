@@ -22,7 +22,7 @@ from ..kernels.extended import xadd
 from ..kernels.model import CARRIED, FORCE, FORCE_WORLD, MASS, MOMENT_ROW, MOMENTS, N_CARRIED, ONLY_WORLD_TORQUE
 from ..kernels.motion import Acting
 from ..kernels.row_vectors import crossed, rotated
-from ..kernels.series import HIGHEST_ORDER
+from ..kernels.series import HIGHEST_ORDER, NARROW
 from ..kernels.state import L, P, Q, X, add_compensated, add_row, align, body_momentum, is_thin
 from ..kernels.straight_line import Row, picked, row, straight_line
 from .base import SCRATCH, Integrator
@@ -124,34 +124,29 @@ def _turning(state: Floats, model: Floats, rows: Floats) -> float:
 
 
 def _series_with(carried: int) -> Callable[[Floats, Floats, float, float], tuple[int, float]]:
-    begin = series.begin(carried)
-    to_6, to_8, to_12, to_16, to_20, to_highest = (
-        series.orders(carried, first, last, careful)
-        for first, last, careful in ((1, 6, 2), (1, 8, 2), (1, 12, 5), (12, 16, 0), (16, 20, 0), (20, HIGHEST_ORDER, 0))
-    )
+    begin, more = series.begin(carried), series.more_orders(carried)
+    to_6, to_8 = series.first_orders(carried, 6, 2), series.first_orders(carried, NARROW, 2)
+    to_8_with_care = series.first_orders(carried, NARROW, 5)
 
     @kernel
     def fill(rows: Floats, model: Floats, trial: float, angle: float) -> tuple[int, float]:
         first = begin(rows, model, trial)
         if angle < TINY:
-            last, before = to_6(rows, model)
-            if last * last <= TOLERANCE * first * before:
-                return 6, 1.0
+            order, (last, before) = 6, to_6(rows, model)
         elif angle < SHORT:
-            last, before = to_8(rows, model)
-            if last * last <= TOLERANCE * first * before:
-                return 8, 1.0
-        last, before = to_12(rows, model)
-        if last * last <= TOLERANCE * first * before:
-            return 12, 1.0
-        last, before = to_16(rows, model)
-        if last * last <= TOLERANCE * first * before:
-            return 16, 1.0
-        last, before = to_20(rows, model)
-        if last * last <= TOLERANCE * first * before:
-            return 20, 1.0
-        last, before = to_highest(rows, model)
-        return HIGHEST_ORDER, min(1.0, (LONG_TOLERANCE / last) ** (1.0 / HIGHEST_ORDER))
+            order, (last, before) = NARROW, to_8(rows, model)
+        else:
+            order, (last, before) = NARROW, to_8_with_care(rows, model)
+        while not last * last <= TOLERANCE * first * before:
+            if order == HIGHEST_ORDER:
+                return order, min(1.0, (LONG_TOLERANCE / last) ** (1.0 / HIGHEST_ORDER))
+            if order < NARROW:
+                last, before = to_8(rows, model)
+                order = NARROW
+            else:
+                last, before = more(rows, model, order, order + 4)
+                order += 4
+        return order, 1.0
 
     return fill
 
@@ -178,7 +173,7 @@ def _translate(state: Floats, model: Floats, rows: Floats, order: int, f: float,
     if model[FORCE] == 0.0 and model[FORCE + 1] == 0.0 and model[FORCE + 2] == 0.0:
         _fall(state, model, h)
     else:
-        if order <= 8:
+        if order <= NARROW:
             series.set_short_impulse(rows, model)
         else:
             _set_long_impulse(rows, model, order, f)

@@ -4,12 +4,12 @@ Source: Dekker, Numerische Mathematik 18 (1971) 224. Relative error a few 2⁻¹
 (above 1e300) and the low parts do not underflow (below 1e-290).
 """
 
-from .compiled import kernel
+from .straight_line import straight_line
 
 _SPLITTER = 134217729.0  # 2²⁷ + 1: splits a float into two halves of 26 bits
 
 
-@kernel
+@straight_line
 def two_sum(a: float, b: float) -> tuple[float, float]:
     """a + b as (rounded sum, what rounding dropped), exactly; Knuth, TAOCP vol. 2, 4.2.2."""
     total = a + b
@@ -17,7 +17,7 @@ def two_sum(a: float, b: float) -> tuple[float, float]:
     return total, (a - (total - kept)) + (b - kept)
 
 
-@kernel
+@straight_line
 def two_product(a: float, b: float) -> tuple[float, float]:
     """a · b as (rounded product, what rounding dropped), exactly."""
     t = _SPLITTER * a
@@ -30,7 +30,7 @@ def two_product(a: float, b: float) -> tuple[float, float]:
     return product, ((a_high * b_high - product) + a_high * b_low + a_low * b_high) + a_low * b_low
 
 
-@kernel
+@straight_line
 def xadd(ah: float, al: float, bh: float, bl: float) -> tuple[float, float]:
     """Sum of two extended numbers."""
     high, low = two_sum(ah, bh)
@@ -39,14 +39,14 @@ def xadd(ah: float, al: float, bh: float, bl: float) -> tuple[float, float]:
     return two_sum(high, low + rest)
 
 
-@kernel
+@straight_line
 def xmultiply(ah: float, al: float, bh: float, bl: float) -> tuple[float, float]:
     """Product of two extended numbers."""
     high, low = two_product(ah, bh)
     return two_sum(high, low + (ah * bl + al * bh))
 
 
-@kernel
+@straight_line
 def xdot(
     ah: float,
     al: float,
@@ -69,7 +69,7 @@ def xdot(
     return xadd(h, l, gh, gl)
 
 
-@kernel
+@straight_line
 def xrotate_back(
     w: float,
     wl: float,
@@ -102,7 +102,7 @@ def xrotate_back(
     return qq, qql, a, al, b, bl, c, cl
 
 
-@kernel
+@straight_line
 def xunscale(a: float, al: float, qq: float, qql: float) -> tuple[float, float]:
     """a / qq of extended numbers, for qq within some round-off of 1."""
     return two_sum(a, al - a * ((qq - 1.0) + qql))

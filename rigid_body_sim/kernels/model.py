@@ -10,7 +10,7 @@ one carried vector when all are parallel, the three world axes otherwise.
 """
 
 from .arrays import Floats
-from .compiled import kernel
+from .straight_line import straight_line
 from .vectors import qrotate, qrotate_back
 
 MASS = 0
@@ -49,21 +49,21 @@ LEVER_SIZE = 7
 FASTEST = 1e307  # m/s, rad/s: a velocity beyond it may have no finite components in other axes
 
 
-@kernel
+@straight_line
 def to_principal(model: Floats, vx: float, vy: float, vz: float) -> tuple[float, float, float]:
     """Body axes → principal axes."""
     i = Q_BODY_PRINCIPAL
     return qrotate_back(model[i], model[i + 1], model[i + 2], model[i + 3], vx, vy, vz)
 
 
-@kernel
+@straight_line
 def to_body(model: Floats, vx: float, vy: float, vz: float) -> tuple[float, float, float]:
     """Principal axes → body axes."""
     i = Q_BODY_PRINCIPAL
     return qrotate(model[i], model[i + 1], model[i + 2], model[i + 3], vx, vy, vz)
 
 
-@kernel
+@straight_line
 def rates_principal(
     model: Floats, qw: float, qx: float, qy: float, qz: float, lx: float, ly: float, lz: float
 ) -> tuple[float, float, float]:

@@ -8,6 +8,7 @@ from .arrays import Floats
 from .compiled import kernel
 from .model import CARRIED, FORCE, MASS, N_CARRIED, Q_BODY_PRINCIPAL, rates_principal, to_body
 from .state import L, P, Q, X
+from .straight_line import straight_line
 from .tuples import Load, Motion, Quat, Vec, rotate_back, vec
 from .vectors import cross, exponential_minus_one, qmultiply, qrotate, qrotate_back, unit_vector
 from .wrench import arm_torque, force_world, torque_principal
@@ -30,7 +31,7 @@ def unit_attitude(y: Floats, at: int) -> Quat:
     return Quat(unit * w, unit * x, unit * y_, unit * z)
 
 
-@kernel
+@straight_line
 def body_attitude(model: Floats, q: Quat) -> Quat:
     """Quaternion body axes → world from that of the principal axes."""
     b = Q_BODY_PRINCIPAL
@@ -38,7 +39,7 @@ def body_attitude(model: Floats, q: Quat) -> Quat:
     return Quat(w, x, y, z)
 
 
-@kernel
+@straight_line
 def rates_world(model: Floats, y: Floats, at: int, q: Quat) -> Vec:
     """Angular velocity in the world: ω = R I₀⁻¹ Rᵀ L."""
     wx, wy, wz = rates_principal(model, q.w, q.x, q.y, q.z, y[at + L], y[at + L + 1], y[at + L + 2])

@@ -13,8 +13,8 @@ are products of rows:
     right   η          zxy of η   yzx of η   zxy of η       whose right are the last two of these
 
 The first three add up to Q ⊗ η, with the third taken from the others, and all from nothing in lane w; the fourth are
-the gyroscopic products. In memory two neighbours are one row of eight. The products with order 0 are taken last: all
-others are known before the newest order is.
+the gyroscopic products. In memory two neighbours are one row of eight, as which higher orders take them. The products
+with order 0 are taken last: all others are known before the newest order is.
 """
 
 from collections.abc import Callable, Sequence
@@ -26,7 +26,7 @@ from .arrays import Floats
 from .model import ARM_ROWS, CARRIED, DIFFERENCES, FORCE, GYRO, INVERSE, MOMENT_ROW, TORQUE
 from .row_vectors import YZX, ZXY, crossed, rotated_back
 from .state import L, Q
-from .straight_line import Row, looped, magnitude, picked, repeated, row, row_of, set_row, straight_line, sum_of
+from .straight_line import Row, magnitude, picked, repeated, row, row_of, set_row, straight_line, sum_of
 from .vectors import cross
 
 HIGHEST_ORDER = 28
@@ -43,7 +43,7 @@ TERMS = IMPULSE + 12
 TERM, RIGHT, LEFT = 0, 8, 24  # of each order: q and η; right; left, those of the carried vectors last
 STRIDE = LEFT + 16 + 8 * MOST_CARRIED + 8  # from one order to the next: no power of two, which would be slow
 SIZE = TERMS + (HIGHEST_ORDER + 1) * STRIDE
-WIDE = 8  # up to this order rows of four are multiplied, which is quicker for few of them
+NARROW = 8  # up to this order rows of four are multiplied, which is quicker for few of them
 
 _BOTH = list(range(8))
 _TURN = np.array([1.0, 1.0, 1.0, -1.0])  # sign of the first two products in Q ⊗ η
@@ -61,25 +61,21 @@ class _Order:
         for b in carried:
             self.left += [b[ZXY], b[YZX]]
 
-    def keep(self, work: Any, k: int) -> None:
-        """Write it to where the others are found."""
+    def keep(self, work: Any, k: Any, wide: bool = False) -> None:
+        """Write it to where the others are found, as rows of eight where ``wide``."""
         at = TERMS + k * STRIDE
         for place, rows in ((TERM, [self.q, self.eta]), (RIGHT, self.right), (LEFT, self.left)):
-            if k < WIDE:
-                for i, one in enumerate(rows):
-                    set_row(work, at + (place + 4 * i), one)
-            else:
-                for i in range(0, len(rows), 2):
-                    set_row(work, at + (place + 4 * i), picked(rows[i], rows[i + 1], _BOTH))
+            for i in range(0, len(rows), 2 if wide else 1):
+                set_row(work, at + (place + 4 * i), picked(rows[i], rows[i + 1], _BOTH) if wide else rows[i])
 
 
-def _kept(work: Any, k: int, carried: int) -> _Order:
+def _kept(work: Any, k: Any, carried: int) -> _Order:
     at = TERMS + k * STRIDE
     vectors = [_carried_vector(work, at, i) for i in range(carried)]
     return _Order(row(work, at + TERM, 4), row(work, at + RIGHT, 4), vectors)
 
 
-def _carried_vector(work: Any, at: int, i: int) -> Row:
+def _carried_vector(work: Any, at: Any, i: int) -> Row:
     return row(work, at + (LEFT + 16 + 8 * i), 4)[YZX]
 
 
@@ -134,8 +130,8 @@ def begin(carried: int) -> Callable[[Floats, Floats, float], float]:
     return set_first
 
 
-def orders(carried: int, first: int, last: int, careful: int) -> Callable[[Floats, Floats], tuple[float, float]]:
-    """The kernel that adds orders ``first + 1`` to ``last``, and returns sizes: of the last pair, of that before.
+def first_orders(carried: int, last: int, careful: int) -> Callable[[Floats, Floats], tuple[float, float]]:
+    """The kernel that adds orders 2 to ``last``, and returns sizes: of the last pair of terms, and of that before.
 
     Up to order ``careful`` quotients are formed by division: what rounding drops of 1/3, or of a coefficient of Euler's
     equation, is the same in every step, and does work in each.
@@ -143,23 +139,51 @@ def orders(carried: int, first: int, last: int, careful: int) -> Callable[[Float
 
     @straight_line
     def add_orders(work: Floats, model: Floats) -> tuple[float, float]:
-        oldest, newest = _kept(work, 0, carried), _kept(work, first, carried)
-        q, eta = (np.zeros(4), np.zeros(4)) if first == 1 else (row(work, GAIN, 4), row(work, GAIN + 4, 4))
-        for k in range(first, last):
-            newest = _next(work, model, k, newest, oldest, k < careful)
+        oldest, newest = _kept(work, 0, carried), _kept(work, 1, carried)
+        q, eta = np.zeros(4), np.zeros(4)
+        for k in range(1, last):
+            newest = _next(work, model, k, newest, oldest, careful=k < careful)
             newest.keep(work, k + 1)
             q, eta = q + newest.q, eta + newest.eta
         set_row(work, GAIN, q)
         set_row(work, GAIN + 4, eta)
-        d, c, b, a = (row(work, TERMS + k * STRIDE + TERM, 8) for k in range(last - 3, last + 1))
-        return sum_of(magnitude(a) + magnitude(b)), sum_of(magnitude(c) + magnitude(d))
+        return _sizes(work, last)
 
     return add_orders
 
 
-def _next(work: Any, model: Any, k: int, newest: _Order, oldest: _Order, careful: bool) -> _Order:
+def more_orders(carried: int) -> Callable[[Floats, Floats, int, int], tuple[float, float]]:
+    """The kernel that goes on from order ``first`` to ``last``, eight numbers at a time."""
+
+    @straight_line
+    def add_orders(work: Floats, model: Floats, first: int, last: int) -> tuple[float, float]:
+        oldest, begin = _kept(work, 0, carried), _kept(work, first, carried)
+
+        def add(k: Any, q: Row, eta: Row, *newest: Row) -> tuple[Row, ...]:
+            order = _next(work, model, k, _Order(newest[0], newest[1], newest[2:]), oldest, wide=True)
+            order.keep(work, k + 1, wide=True)
+            return q + order.q, eta + order.eta, order.q, order.eta, *order.carried
+
+        start = row(work, GAIN, 4), row(work, GAIN + 4, 4), begin.q, begin.eta, *begin.carried
+        q, eta, *_ = repeated(first, last, start, add)
+        set_row(work, GAIN, q)
+        set_row(work, GAIN + 4, eta)
+        return _sizes(work, last)
+
+    return add_orders
+
+
+def _sizes(work: Any, last: Any) -> tuple[Any, Any]:
+    """Sums of the absolute values of the last two terms, and of the two before."""
+    d, c, b, a = (magnitude(row(work, TERMS + (last - i) * STRIDE + TERM, 8)) for i in (3, 2, 1, 0))
+    return sum_of(a + b), sum_of(c + d)
+
+
+def _next(
+    work: Any, model: Any, k: Any, newest: _Order, oldest: _Order, careful: bool = False, wide: bool = False
+) -> _Order:
     """Order k + 1, for k above 0."""
-    share, middle = 1.0 / (k + 1), _middle(work, k, newest)
+    share, middle = 1.0 / (k + 1), _middle(work, k, len(newest.left), 8 if wide else 4)
     by_w, by_yzx, by_zxy, yzx = newest.left[:4]
     eta_old, zxy_old, yzx_old = oldest.right[:3]
     turn = (middle[0] + by_w * eta_old) + (middle[1] + by_yzx * zxy_old)
@@ -169,7 +193,7 @@ def _next(work: Any, model: Any, k: int, newest: _Order, oldest: _Order, careful
     return _Order(q, eta, [_turned(2.0 * share, i, middle, newest, oldest) for i in range(len(newest.carried))])
 
 
-def _rates(work: Any, model: Any, share: float, products: Row, newest: _Order) -> Row:
+def _rates(work: Any, model: Any, share: Any, products: Row, newest: _Order) -> Row:
     gained = (share * row(model, GYRO, 4)) * products
     for i, b in enumerate(newest.carried):
         gained = gained + share * _arm_products(work, ARMS + 12 * i, b)
@@ -184,7 +208,7 @@ def _careful_rates(work: Any, model: Any, k: int, products: Row, newest: _Order)
     return gained / row(model, MOMENT_ROW, 4) / float(k + 1)
 
 
-def _turned(share: float, i: int, middle: Sequence[Row], newest: _Order, oldest: _Order) -> Row:
+def _turned(share: Any, i: int, middle: Sequence[Row], newest: _Order, oldest: _Order) -> Row:
     """``share`` times the coefficient of b_i × η."""
     at = 4 + 2 * i
     (zxy, yzx), (old_zxy, old_yzx) = newest.left[at : at + 2], oldest.left[at : at + 2]
@@ -193,10 +217,8 @@ def _turned(share: float, i: int, middle: Sequence[Row], newest: _Order, oldest:
     return share * (gained - lost)
 
 
-def _middle(work: Any, k: int, newest: _Order) -> list[Row]:
-    """Coefficient k of all products, without those with order 0; the products with the newest orders last."""
-    count, lanes = len(newest.left), 4 if k < WIDE else 8
-    sums = tuple(np.zeros(lanes) for _ in range(0, 4 * count, lanes))
+def _middle(work: Any, k: Any, count: int, lanes: int) -> list[Row]:
+    """Coefficient k of so many products, without those with order 0; those with the newest order last."""
 
     def add(j: Any, *sums: Row) -> tuple[Row, ...]:
         left, right = TERMS + j * STRIDE + LEFT, TERMS + (k - j) * STRIDE + RIGHT
@@ -206,24 +228,12 @@ def _middle(work: Any, k: int, newest: _Order) -> list[Row]:
             for one, at in zip(sums, places, strict=True)
         )
 
-    def add_two(i: Any, *sums: Row) -> tuple[Row, ...]:
-        return add(k - i, *add(i, *sums))
-
-    if k % 2 == 0:
-        sums = add(k // 2, *sums)
-    pairs = (k - 1) // 2
-    if k < WIDE:
-        for i in range(pairs, 0, -1):
-            sums = add_two(i, *sums)
+    sums = tuple(np.zeros(lanes) for _ in range(0, 4 * count, lanes))
+    if lanes == 4:
+        for j in sorted(range(1, k), key=lambda j: max(j, k - j)):
+            sums = add(j, *sums)
         return list(sums)
-    if pairs % 2 == 1:
-        sums = add_two(pairs, *sums)
-    top = pairs - pairs % 2
-
-    def add_four(n: Any, *sums: Row) -> tuple[Row, ...]:
-        return add_two(top - 1 - 2 * n, *add_two(top - 2 * n, *sums))
-
-    sums = looped(work, 0, top // 2, sums, add_four)
+    sums = add(k - 1, *add(1, *repeated(2, k - 1, sums, add)))
     return [half for one in sums for half in (one[[0, 1, 2, 3]], one[[4, 5, 6, 7]])]
 
 

@@ -136,7 +136,7 @@ def read_motion(
     return px, py, pz, qw, qx, qy, qz, vx, vy, vz, sx, sy, sz, ux, uy, uz, wx, wy, wz
 
 
-@kernel
+@straight_line
 def add_compensated(state: Floats, i: int, d: float) -> None:
     """state[i] += d, keeping what round-off would drop in the low-order part: Knuth's TwoSum (TAOCP vol. 2, 4.2.2)."""
     high = state[i]

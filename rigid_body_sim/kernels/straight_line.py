@@ -178,18 +178,6 @@ def sum_of(numbers: Row) -> Any:
     return numbers[0]
 
 
-def looped(
-    numbers: Any, first: int, end: int, start: tuple[Any, ...], body: Callable[..., tuple[Any, ...]]
-) -> tuple[Any, ...]:
-    """As ``repeated``, but a loop when the kernel runs, though its bounds are known: for what is too long to unroll."""
-    if isinstance(numbers, Memory):
-        builder, end_symbol = numbers.builder, _symbol(numbers.builder, end)
-        # An empty instruction of which LLVM does not know what it does, so that it cannot unroll the loop again.
-        hidden = builder.asm(ir.FunctionType(_INTEGER, [_INTEGER]), "", "=r,0", [end_symbol.value], False)
-        return _loop(builder, _symbol(builder, first), Symbol(builder, hidden), start, body)
-    return repeated(first, end, start, body)
-
-
 def repeated(first: Any, end: Any, start: tuple[Any, ...], body: Callable[..., tuple[Any, ...]]) -> tuple[Any, ...]:
     """What ``body(i, *values)`` makes of ``start``, called for each i from ``first`` to before ``end`` in turn.
 

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 from .arrays import Floats
 from .compiled import kernel
+from .straight_line import straight_line
 from .vectors import cross, qrotate, qrotate_back
 
 
@@ -47,40 +48,40 @@ NOTHING = Vec(0.0, 0.0, 0.0)
 NO_TURN = Quat(1.0, 0.0, 0.0, 0.0)
 
 
-@kernel
+@straight_line
 def rotate(q: Quat, v: Vec) -> Vec:
     """q v q̄ of a unit quaternion, theory (2.7.21)."""
     x, y, z = qrotate(q.w, q.x, q.y, q.z, v.x, v.y, v.z)
     return Vec(x, y, z)
 
 
-@kernel
+@straight_line
 def rotate_back(q: Quat, v: Vec) -> Vec:
     """q̄ v q of a unit quaternion: the inverse of ``rotate``."""
     x, y, z = qrotate_back(q.w, q.x, q.y, q.z, v.x, v.y, v.z)
     return Vec(x, y, z)
 
 
-@kernel
+@straight_line
 def crossed(a: Vec, b: Vec) -> Vec:
     """Cross product a × b."""
     x, y, z = cross(a.x, a.y, a.z, b.x, b.y, b.z)
     return Vec(x, y, z)
 
 
-@kernel
+@straight_line
 def dot(a: Vec, b: Vec) -> float:
     """Scalar product a · b."""
     return a.x * b.x + a.y * b.y + a.z * b.z
 
 
-@kernel
+@straight_line
 def plus(a: Vec, b: Vec) -> Vec:
     """Sum a + b."""
     return Vec(a.x + b.x, a.y + b.y, a.z + b.z)
 
 
-@kernel
+@straight_line
 def scaled(s: float, a: Vec) -> Vec:
     """s a."""
     return Vec(s * a.x, s * a.y, s * a.z)
@@ -92,7 +93,7 @@ def unit(i: int) -> Vec:
     return Vec(1.0 if i == 0 else 0.0, 1.0 if i == 1 else 0.0, 1.0 if i == 2 else 0.0)
 
 
-@kernel
+@straight_line
 def vec(numbers: Floats, at: int) -> Vec:
     """The three numbers from ``numbers[at]`` on."""
     return Vec(numbers[at], numbers[at + 1], numbers[at + 2])

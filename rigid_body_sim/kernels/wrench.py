@@ -28,6 +28,7 @@ from .model import (
     WRENCH,
     to_principal,
 )
+from .straight_line import straight_line
 from .vectors import cross, power_of_two, qrotate, qrotate_back
 
 _IDENTITY = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
@@ -137,7 +138,7 @@ def _skew(weights: Sequence[float], arms: Sequence[Vector]) -> tuple[float, ...]
     return 0.0, 0.0 - z, y, z, 0.0, 0.0 - x, 0.0 - y, x, 0.0  # no minus zero
 
 
-@kernel
+@straight_line
 def arm_torque(model: Floats, i: int, bx: float, by: float, bz: float) -> tuple[float, float, float]:
     """A_i b: the torque (principal axes) of carried vector i whose components in principal axes are b."""
     a = ARMS + 9 * i
@@ -160,7 +161,7 @@ def torque_principal(model: Floats, qw: float, qx: float, qy: float, qz: float) 
     return tx, ty, tz
 
 
-@kernel
+@straight_line
 def force_world(model: Floats, qw: float, qx: float, qy: float, qz: float) -> tuple[float, float, float]:
     """Whole force, in world axes, at the attitude q (principal axes → world)."""
     fx, fy, fz = qrotate(qw, qx, qy, qz, model[FORCE], model[FORCE + 1], model[FORCE + 2])

@@ -34,8 +34,9 @@ def filled(carried, careful):
     series.set_rates(state, model, work)
     series.carry(carried)(state, model, work)
     series.begin(carried)(work, model, H)
-    series.orders(carried, 1, 12, careful)(work, model)
-    series.orders(carried, 12, series.HIGHEST_ORDER, 0)(work, model)
+    series.first_orders(carried, series.NARROW, careful)(work, model)
+    series.more_orders(carried)(work, model, series.NARROW, 12)
+    series.more_orders(carried)(work, model, 12, series.HIGHEST_ORDER)
     return model, state, work
 
 
@@ -118,7 +119,7 @@ def test_few_orders_are_enough_for_the_impulse_of_a_short_step():
     series.set_rates(state, model, work)
     series.carry(0)(state, model, work)
     series.begin(0)(work, model, 0.019)  # 0.02 rad
-    series.orders(0, 1, 8, 2)(work, model)
+    series.first_orders(0, series.NARROW, 2)(work, model)
     series.set_short_impulse(work, model)
     short = work[series.IMPULSE : series.IMPULSE + 7].copy()
     series.impulse_by(8)(work, model, 8, 1.0)

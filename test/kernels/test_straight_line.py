@@ -5,7 +5,6 @@ import pytest
 
 from rigid_body_sim.kernels import compiled
 from rigid_body_sim.kernels.straight_line import (
-    looped,
     magnitude,
     picked,
     repeated,
@@ -78,10 +77,10 @@ def test_rows():
 
 @straight_line
 def loops(a: np.ndarray, n: int) -> float:
-    """A loop whose end is known when it runs, one that is unrolled, and one that is not though it could be."""
+    """Loops whose end is known when they run, of numbers and of rows, and one that is unrolled."""
     (first,) = repeated(1, n, (a[0],), lambda i, total: (total * 0.5 + a[i],))
     (second,) = repeated(0, 3, (first,), lambda i, total: (total - a[i] * i,))
-    (third,) = looped(a, 2, 6, (np.zeros(4),), lambda i, total: (total * 0.5 + row(a, i, 4),))
+    (third,) = repeated(2, n - 3, (np.zeros(4),), lambda i, total: (total * 0.5 + row(a, i, 4),))
     return second + sum_of(third)
 
 
