@@ -8,6 +8,8 @@ import functools
 import platform
 import statistics
 import sys
+import threading
+import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
@@ -176,6 +178,34 @@ def cycle_costs() -> dict[str, list[float]]:
     return costs
 
 
+def thread_costs(n: int) -> list[list[float]]:
+    """Time [s] for calls of n steps each on two simulations, in each round: one, both in turn, a thread for each."""
+    first, second = (Simulation(Body(2.0, MOMENTS), State(angular_velocity=SPIN)) for _ in range(2))
+    for simulation in (first, second):
+        simulation.set_wrench(Wrench(torque_body=_TORQUE))
+    one, other = (functools.partial(_calls, simulation, n) for simulation in (first, second))
+
+    def two_threads() -> None:
+        threads = [threading.Thread(target=work) for work in (one, other)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+
+    return [[_elapsed(work) for work in (one, lambda: (one(), other()), two_threads)] for _ in range(ROUNDS)]
+
+
+def _calls(simulation: Simulation, n: int) -> None:
+    for _ in range(max(1, 10 * STEPS // (n + 2))):
+        simulation.step(n)
+
+
+def _elapsed(work: Callable[[], object]) -> float:
+    begin = time.perf_counter()
+    work()
+    return time.perf_counter() - begin
+
+
 def _often(part: Callable[[], object]) -> None:
     for _ in range(STEPS):
         part()
@@ -201,6 +231,13 @@ def main(args: Sequence[str] | None = None) -> int:
     print("\nOne new wrench, one step and one pose read back, from Python, µs: median (smallest)")
     for name, cost in cycle_costs().items():
         print(f"  {name:26s} {1e6 * statistics.median(cost):6.2f} ({1e6 * min(cost):.2f})")
+    print(
+        "\nTwo threads with a simulation each, as a multiple of the time of one simulation, and of both in one thread"
+    )
+    for n in (1, 10, 1000, 100_000):
+        ratios = [(threads / one, threads / both) for one, both, threads in thread_costs(n)]
+        of_one, of_both = map(statistics.median, zip(*ratios, strict=True))
+        print(f"  {n:6d} steps in each call    {of_one:6.2f} {of_both:6.2f}")
     return 0
 
 

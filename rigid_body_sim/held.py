@@ -16,10 +16,6 @@ class Held:
     def __init__(self, sources: Mapping[str, tuple[Wrench, int | None]] | None = None):
         self.sources = dict(sources or {})
 
-    def only(self, source: str) -> bool:
-        """Whether no other source holds anything."""
-        return len(self.sources) == (source in self.sources)
-
     def having(self, source: str, wrench: Wrench, end: int | None) -> "Held":
         """The same with another wrench of one source."""
         return Held({**self.sources, source: (wrench, end)})

@@ -1,9 +1,9 @@
 """A rigid body under held wrenches, advanced at a fixed rate: what node, report and tools stand on. No ROS."""
 
-import operator
 import struct
 from collections.abc import Callable
-from functools import cached_property, partial
+from functools import partial
+from operator import index
 from typing import Any
 
 import numpy as np
@@ -27,6 +27,7 @@ from .values.body import Body
 from .values.state import BodyState, State, body_state, flatten, is_slow_enough
 from .values.wrench import ZERO, PointForce, Wrench
 
+_Reader = Callable[..., tuple[float, ...]]
 _PACK_WRENCH = struct.Struct("12d").pack_into
 _WRENCH_OFFSET = 8 * WRENCH
 
@@ -68,9 +69,7 @@ class Simulation:
     """
 
     _wrench: Wrench
-    _turns: bool
-    _plain: bool  # whether twelve numbers are all that another wrench changes
-    _takes_any: bool
+    _in_place: tuple[bool, ...]  # ``turns`` of the wrenches without points that change twelve numbers and no more
     _origin_steps: int | None  # step from whose state an integrator with ``one_evaluation`` goes
 
     def __init__(
@@ -84,6 +83,7 @@ class Simulation:
         rtol: float = 1e-9,
         **effects: Any,
     ):
+        # No cached_property here: one that is used makes each look-up of any attribute take twice as long.
         self._rate = Rate(rate)
         self._h = self._rate.h
         self._stepping = Stepping(Terms(body, gravity, rtol, **effects), asked_for(integrator), self._h)
@@ -94,6 +94,8 @@ class Simulation:
         self._origin = self._state.copy()
         self._state_view, self._origin_view = self._state.data, self._origin.data  # quicker to copy
         self._motion_kernel = compiled.ready(flat.read_motion, self._state, self._model)
+        self._pose_kernel: _Reader | None = None
+        self._acceleration_kernel: _Reader | None = None
         self._stepping.prepare(self._state, self._model)
         self._begin_with(Held())
 
@@ -170,9 +172,10 @@ class Simulation:
         changes nothing, for a wrench that the integrator cannot be given.
         """
         expiry = None if hold is None else self.steps + steps_held(hold, self._rate.value)
-        if self._held.only(source):
+        sources = self._held.sources
+        if source in sources and len(sources) == 1:
             self._hold(wrench, expiry)
-            self._held.sources[source] = wrench, expiry
+            sources[source] = wrench, expiry
         else:
             self._hold_all(self._held.having(source, wrench, expiry))
 
@@ -186,10 +189,10 @@ class Simulation:
 
     def _hold(self, wrench: Wrench, expiry: int | None) -> None:
         """Hold ``wrench`` up to step ``expiry``."""
-        if self._plain and not wrench.points and (self._takes_any or wrench.turns == self._turns):
+        if wrench.turns in self._in_place and not wrench.points:
             if self._origin_steps is not None and wrench.values != self._wrench.values:
                 self._mark_origin()
-            _PACK_WRENCH(self._model_bytes, _WRENCH_OFFSET, *wrench.values)
+            self._write_wrench(*wrench.values)
             self._wrench = wrench
         elif wrench != self._wrench:
             self._install(wrench)
@@ -217,7 +220,7 @@ class Simulation:
             state = flatten(self.state, new.terms.model(NO_WRENCH))
         self._stepping = new
         self._state[:] = state
-        vars(self).pop("_acceleration_kernel", None)
+        self._acceleration_kernel = None
         self._begin_anew()
 
     def apply_impulse(self, impulse: Wrench) -> None:
@@ -239,8 +242,7 @@ class Simulation:
         Raises SimulationError when a step would leave the range of finite numbers, or spins too fast to be followed;
         the simulation then stays at the last good state, and ``steps`` counts the steps that were done.
         """
-        if type(n) is not int:
-            n = operator.index(n)
+        n = index(n)
         if n < 0:
             raise ValueError(f"step({n}): time does not run backwards; give a number of steps of at least 0")
         while n > 0:
@@ -250,13 +252,13 @@ class Simulation:
             else:
                 if held > MOST_AT_ONCE:
                     held = MOST_AT_ONCE
-                done = self._steps_kernel(self._state, self._model, self._work, self._h, held)
+                done = self._advance(held)
             self.steps += done
             if done < held:
                 if not self._stepping.turn_stiff():
                     raise SimulationError(self._why_stopped())
                 self._install(self._wrench)
-            if self.steps == self._expiry:
+            if self._expiry is not None and self.steps == self._expiry:
                 self._end_holding()
             n -= done
 
@@ -271,11 +273,10 @@ class Simulation:
 
         Its first use compiles a kernel.
         """
-        return self._pose_kernel(self._state, self._model)
-
-    @cached_property
-    def _pose_kernel(self) -> Callable[..., tuple[float, ...]]:
-        return compiled.ready(flat.read_pose, self._state, self._model)
+        read = self._pose_kernel
+        if read is None:
+            read = self._pose_kernel = compiled.ready(flat.read_pose, self._state, self._model)
+        return read(self._state, self._model)
 
     @property
     def motion(self) -> tuple[float, ...]:
@@ -291,11 +292,11 @@ class Simulation:
 
         Of the present state under the wrench held now and everything else that acts; its first use compiles a kernel.
         """
+        if self._acceleration_kernel is None:
+            self._acceleration_kernel = compiled.ready(
+                acceleration_reader(self.terms.kernels), self._state, self._model
+            )
         return self._acceleration_kernel(self._state, self._model)
-
-    @cached_property
-    def _acceleration_kernel(self) -> Callable[..., tuple[float, ...]]:
-        return compiled.ready(acceleration_reader(self.terms.kernels), self._state, self._model)
 
     def reset(self, state: State | None = None, *, keep_time: bool = False) -> None:
         """Go to ``state``, or else the initial one, hold no wrench, and count steps from zero unless ``keep_time``."""
@@ -364,13 +365,13 @@ class Simulation:
 
     def _install(self, wrench: Wrench) -> None:
         self.integrator = integrator = self._stepping.for_wrench(wrench)
-        self._steps_kernel, self._work = self._stepping.kernel(integrator)
+        steps, work = self._stepping.kernel(integrator)
         self._model = self.terms.model(wrench)
-        self._model_bytes = self._model.data.cast("B")
+        self._advance = partial(steps, self._state, self._model, work, self._h)
+        self._write_wrench = partial(_PACK_WRENCH, self._model.data.cast("B"), _WRENCH_OFFSET)
         self._wrench = wrench
-        self._turns = wrench.turns
-        self._plain = not wrench.points
-        self._takes_any = self._stepping.takes_any(integrator)
+        others = (False, True) if self._stepping.takes_any(integrator) else (wrench.turns,)
+        self._in_place = () if wrench.points else others
         self._origin_steps = None
         if integrator.one_evaluation:
             self._mark_origin()
@@ -384,7 +385,7 @@ class Simulation:
         """Advance by n steps in one evaluation from where the wrench last changed; return how many were done."""
         self._state_view[:] = self._origin_view
         since = self.steps - origin_steps
-        return self._steps_kernel(self._state, self._model, self._work, self._h, since + n) - since
+        return self._advance(since + n) - since
 
     def _why_stopped(self) -> str:
         since = None if self._origin_steps is None else self.steps + 1 - self._origin_steps

@@ -1,4 +1,4 @@
-"""The one place, with kernel_cache, that knows numba: compile a kernel, or run the same function as plain Python.
+"""The place, with kernel_cache and lock, that knows numba: compile a kernel, or run the same function as plain Python.
 
 A kernel is a function of floats and flat float64 arrays. With numba it becomes machine code; without it (not installed,
 or switched off by ``RIGID_BODY_SIM_NO_NUMBA=1``) the very same function runs as Python, slower and with the same
@@ -46,7 +46,7 @@ Steps = Callable[[Floats, Floats, Floats, float, int], int]  # what advances a s
 # Kernels create no arrays, so numba need not count references to them: without `_nrt` it does so at every inner call,
 # which made a step 1.6 times slower. Python's and numpy's rules of arithmetic are kept: no fast-math, so results are
 # the same bits.
-_OPTIONS = {"nogil": True, "error_model": "numpy", "_nrt": False, "no_cfunc_wrapper": True}
+_OPTIONS = {"error_model": "numpy", "_nrt": False, "no_cfunc_wrapper": True}
 _INNER_OPTIONS = {**_OPTIONS, "forceinline": True, "no_cpython_wrapper": True}
 
 # What was compiled knows the paths of its sources: another installation has a folder of its own.

@@ -34,7 +34,7 @@ class Wrench:
         A value that is not finite, or not three of them.
     """
 
-    __slots__ = ("points", "values")
+    __slots__ = ("points", "turns", "values")
 
     def __init__(
         self,
@@ -45,22 +45,24 @@ class Wrench:
         points: Iterable[PointForce] = NO_POINTS,
     ):
         # This runs once per command, at up to 10 kHz: unpacking checks the length, one sum the finiteness.
+        values: tuple[float, ...] | None
         try:
             fx, fy, fz = force_body
             tx, ty, tz = torque_body
             gx, gy, gz = force_world
             ux, uy, uz = torque_world
-            values: tuple[float, ...] = (fx, fy, fz, tx, ty, tz, gx, gy, gz, ux, uy, uz)
             total = fx + fy + fz + tx + ty + tz + gx + gy + gz + ux + uy + uz
-            finite = _LEAST < total < _MOST
+            values = (fx, fy, fz, tx, ty, tz, gx, gy, gz, ux, uy, uz) if _LEAST < total < _MOST else None
         except (TypeError, ValueError, OverflowError):
-            finite = False
-        if not finite:
-            values = self._read_with_care(
+            values = None
+        if values is None:
+            fx, fy, fz, tx, ty, tz, gx, gy, gz, ux, uy, uz = values = self._read_with_care(
                 force_body=force_body, torque_body=torque_body, force_world=force_world, torque_world=torque_world
             )
         self.values = values
-        self.points = tuple(map(_point, points)) if points is not NO_POINTS else NO_POINTS
+        self.points = points if points is NO_POINTS else tuple(map(_point, points))
+        # Whether it may turn a body, or turns with it: whether it is anything but a force in world axes.
+        self.turns = bool(tx or ty or tz or fx or fy or fz or ux or uy or uz or self.points)
 
     @property
     def force_body(self) -> Floats:
@@ -81,12 +83,6 @@ class Wrench:
     def torque_world(self) -> Floats:
         """Torque [N m], world axes, shape (3,)."""
         return np.array(self.values[9:12], float)
-
-    @property
-    def turns(self) -> bool:
-        """Whether it may turn a body, or turns with it: whether it is anything but a force in world axes."""
-        fx, fy, fz, tx, ty, tz, _, _, _, ux, uy, uz = self.values
-        return bool(tx or ty or tz or fx or fy or fz or ux or uy or uz or self.points)
 
     def about_origin(self, q: Sequence[float], center_of_mass: Sequence[float]) -> tuple[float, ...]:
         """Everything added up, as force [N] and torque [N m] about the body frame's origin, body axes: 6 numbers.
