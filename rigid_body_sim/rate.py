@@ -8,16 +8,16 @@ HIGHEST = 1e6  # Hz: beyond it a step is shorter than the call that computes it
 class Rate:
     """Steps a second of simulated time [Hz]. Raises ValueError for one outside [1e-9, 1e6] Hz."""
 
-    __slots__ = ("_ratio", "h", "value")
+    __slots__ = ("_divisor", "_half", "_per_step", "h", "value")
 
     def __init__(self, value: float):
         self.value = float(value)
         if not LOWEST <= self.value <= HIGHEST:
             raise ValueError(f"rate {self.value:.9g} Hz is not between {LOWEST:g} and {HIGHEST:g} Hz")
         self.h = 1.0 / self.value
-        self._ratio = self.value.as_integer_ratio()
+        numerator, denominator = self.value.as_integer_ratio()
+        self._per_step, self._half, self._divisor = 2 * NANOSECONDS * denominator, numerator, 2 * numerator
 
     def nanoseconds(self, steps: int) -> int:
         """Time of that many steps [ns]: round(steps · 10⁹ / rate), in integers, half up."""
-        numerator, denominator = self._ratio
-        return (2 * steps * NANOSECONDS * denominator + numerator) // (2 * numerator)
+        return (steps * self._per_step + self._half) // self._divisor

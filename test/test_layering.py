@@ -47,7 +47,9 @@ ROS_PACKAGES = {
     "simulation_interfaces",
     "ament_index_python",
 }
-NUMBA_HOMES = tuple(f"kernels.{name}" for name in ("compiled", "kernel_cache", "lock", "quick_compiling", "straight_line"))
+NUMBA_HOMES = tuple(
+    f"kernels.{name}" for name in ("compiled", "kernel_cache", "lock", "quick_compiling", "straight_line")
+)
 NOT_INSTALLED = {"bench", "test"}
 FOR_ALL = "rigid_body_sim.__version__"  # stands at the very top, and imports nothing
 

@@ -15,7 +15,7 @@ from .pacing import NANOSECONDS, Pacer
 
 LONGEST_SLEEP_NS = NANOSECONDS // 10  # so that a request to stop is soon seen
 BURST_NS = NANOSECONDS // 1000  # wall time between two looks at the commands, when stepping as fast as possible
-LARGEST_BURST = 10_000  # steps in one call of the simulation
+LARGEST_BURST = 8192  # steps in one call of the simulation
 PATIENCE_NS = NANOSECONDS // 100  # wall time of steps that are due together, after which the others wait once more
 CLOCK_NS = NANOSECONDS // 10  # wall time between two ticks of /clock while time stands still
 
@@ -94,7 +94,8 @@ class Loop:
             return 0
         if self.mode != "running":
             return LONGEST_SLEEP_NS
-        return 0 if self.pacer.free else min(LONGEST_SLEEP_NS, self.pacer.deadline_ns() - now_ns)
+        left_ns = 0 if self.pacer.free else self.pacer.deadline_ns() - now_ns
+        return left_ns if left_ns < LONGEST_SLEEP_NS else LONGEST_SLEEP_NS
 
     def publish(self) -> None:
         """Publish what is asked for of the present step, all with its stamp."""
@@ -120,7 +121,9 @@ class Loop:
         """
         simulation, every, heard, burst = self.simulation, self._every, self._outputs.heard, 1
         while due > 0:
-            chunk = min(due, burst, every - simulation.steps % every) if heard else min(due, burst)
+            chunk = due if due < burst else burst
+            if heard and chunk > (left := every - simulation.steps % every):
+                chunk = left
             if not self._try_steps(chunk):
                 break
             due -= chunk
@@ -131,7 +134,8 @@ class Loop:
                 self.pacer.published(due, now_ns)
             if now_ns >= end_ns:
                 break
-            burst = min(2 * burst, LARGEST_BURST)
+            if burst < LARGEST_BURST:
+                burst *= 2
         return due
 
     def _go_on(self, run: Run, end_ns: int) -> None:
@@ -152,7 +156,7 @@ class Loop:
     def _try_steps(self, n: int) -> bool:
         room = self._last_step - self.simulation.steps
         try:
-            self.simulation.step(min(n, room))
+            self.simulation.step(n if n < room else room)
             if n > room:
                 raise SimulationError(self._beyond_stamps())
         except SimulationError as failure:

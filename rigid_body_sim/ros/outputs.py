@@ -329,6 +329,8 @@ class Channel:
 class Outputs:
     """All the outputs of a simulation that its scene asks for; what nobody listens to is neither built nor sent.
 
+    ``heard``: whether anybody listens to anything, or records it.
+
     Raises ValueError for an output that cannot be made here.
     """
 
@@ -350,11 +352,7 @@ class Outputs:
 
     def _look_who_is_wanted(self) -> None:
         self._wanted = [channel for channel in self.channels if channel.wanted]
-
-    @property
-    def heard(self) -> bool:
-        """Whether anybody listens to anything, or records it."""
-        return bool(self._wanted)
+        self.heard = bool(self._wanted)
 
     def tick(self, stamp_ns: int) -> None:
         """Send the clock alone."""

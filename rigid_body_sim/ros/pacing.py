@@ -49,7 +49,8 @@ class Pacer:
         if due <= 0:
             return 0
         self._done += due
-        self.latest_ns = max(self.latest_ns, late_ns)
+        if late_ns > self.latest_ns:
+            self.latest_ns = late_ns
         self._given, self._oldest_ns = due, now_ns - late_ns
         return due
 

@@ -1,4 +1,4 @@
-"""Messages as bytes that are made once, so that to publish one costs a stamp and a few doubles written in place.
+"""Messages as bytes that are made once, so that to publish one costs a stamp and a few doubles packed among them.
 
 A text in a message shifts what follows it (see messages.cdr), so a template holds for one set of frame names. Nothing
 of this is taken on trust: a Template finds its offsets in what ``serialize_message`` gives, and reads back what it has
@@ -60,27 +60,33 @@ class Template:
         # Multiples of an irrational number: all bytes of each are used, so none is found twice or by chance.
         marks = [2.0**0.5 * (i + 1) for i in range(len(fields))]
         try:
-            self._buffer = bytearray(serialize_message(typed.write(_MARK_NS, marks)))
+            self._data = bytes(serialize_message(typed.write(_MARK_NS, marks)))
         except Exception as reason:  # whatever a type support makes of it
             raise LayoutError(f"it cannot be serialised: {reason}") from None
-        self._stamp_at = self._place(STAMP.pack(*divmod(_MARK_NS, NANOSECONDS)), stamp)
+        at = self._place(STAMP.pack(*divmod(_MARK_NS, NANOSECONDS)), stamp)
         places = [self._place(DOUBLE.pack(mark), field) for mark, field in zip(marks, fields, strict=True)]
-        self._runs = _runs(places)
+        if [at, *places] != sorted([at, *places]):
+            raise LayoutError("its bytes have the stamp and the fields in another order")
+        # The stamp and the first run in one call, all of most messages: 0.54 µs for a pose, 0.86 if written in place.
+        self._head = self._data[:at]
+        (_, self._gap, self._first), *self._more = _runs(self._data, at + STAMP.size, places)
+        count = self._first.stop
+        self._pack = struct.Struct(f"<{at}siI{len(self._gap)}s{count}d").pack
+        self._tail = self._data[places[-1] + DOUBLE.size if places else at + STAMP.size :]
         self._verify(typed, len(fields))
 
     def write(self, stamp_ns: int, values: Sequence[float]) -> bytes:
         """The serialised message with this stamp [ns] and these values: what ``Publisher.publish`` takes."""
-        buffer = self._buffer
-        STAMP.pack_into(buffer, self._stamp_at, *divmod(stamp_ns, NANOSECONDS))
-        for pack_into, at, part in self._runs:
-            pack_into(buffer, at, *values[part])
-        return bytes(buffer)
+        data = self._pack(self._head, *divmod(stamp_ns, NANOSECONDS), self._gap, *values[self._first])
+        for pack, gap, part in self._more:
+            data += pack(gap, *values[part])
+        return data + self._tail
 
     def _place(self, mark: bytes, name: str) -> int:
-        found = self._buffer.count(mark)
+        found = self._data.count(mark)
         if found != 1:
             raise LayoutError(f"{name} occurs {found} times in its bytes, as little-endian numbers; it must occur once")
-        return self._buffer.index(mark)
+        return self._data.index(mark)
 
     def _verify(self, typed: Typed, count: int) -> None:
         for stamp_ns, scale in ((1, -1e-300), (2**31 * NANOSECONDS - 1, 1e300), (0, 0.0)):
@@ -107,10 +113,15 @@ def _follow(message: Any, path: str) -> Any:
     return message
 
 
-def _runs(places: Sequence[int]) -> list[tuple[Any, int, slice]]:
-    """(pack_into, offset, part) for each longest run of values, a part of them, that lie side by side in the bytes."""
-    starts = [i for i, place in enumerate(places) if i == 0 or place != places[i - 1] + DOUBLE.size]
-    return [
-        (struct.Struct(f"<{end - first}d").pack_into, places[first], slice(first, end))
-        for first, end in zip(starts, [*starts, len(places)][1:], strict=True)
-    ]
+def _runs(data: bytes, begin: int, places: Sequence[int]) -> list[tuple[Any, bytes, slice]]:
+    """(pack, gap, part) for each longest run of values, a part of them, side by side in ``data`` from ``begin`` on.
+
+    The gap is what stays the same before them, and ``pack(gap, *values[part])`` makes both; at least one, of no values.
+    """
+    starts = [i for i, place in enumerate(places) if i == 0 or place != places[i - 1] + DOUBLE.size] or [0]
+    runs = []
+    for first, end in zip(starts, [*starts, len(places)][1:], strict=True):
+        gap = data[begin : places[first]] if places else b""
+        runs.append((struct.Struct(f"<{len(gap)}s{end - first}d").pack, gap, slice(first, end)))
+        begin = places[end - 1] + DOUBLE.size if places else begin
+    return runs

@@ -97,6 +97,16 @@ def test_field_that_is_no_double_is_refused():
         templates.Template(Marker(), ("color.r",))
 
 
+@pytest.mark.parametrize(
+    ("fields", "stamp"),
+    [(("pose.position.y", "pose.position.x"), "header.stamp"), (("pose.position.x",), "lifetime")],
+    ids=["fields", "stamp"],
+)
+def test_another_order_than_that_of_the_bytes_is_refused(fields, stamp):
+    with pytest.raises(templates.LayoutError, match="in another order"):
+        templates.Template(Marker(), fields, stamp)
+
+
 def test_field_that_is_named_twice_is_refused():
     with pytest.raises(templates.LayoutError, match=r"pose\.position\.x occurs 0 times"):
         templates.Template(PoseStamped(), ("pose.position.x", "pose.position.x"))
