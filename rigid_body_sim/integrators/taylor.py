@@ -164,9 +164,6 @@ def _series(rows: Floats, model: Floats, trial: float, angle: float) -> tuple[in
     return _fill_three(rows, model, trial, angle)
 
 
-_set_long_impulse = series.impulse_by(8)
-
-
 @kernel
 def _translate(state: Floats, model: Floats, rows: Floats, order: int, f: float, h: float) -> None:
     """Advance P and x by h [s]: in closed form under the world-axes force, by quadrature under that in body axes."""
@@ -176,7 +173,7 @@ def _translate(state: Floats, model: Floats, rows: Floats, order: int, f: float,
         if order <= NARROW:
             series.set_short_impulse(rows, model)
         else:
-            _set_long_impulse(rows, model, order, f)
+            series.set_impulse(rows, model, order, f)
         _fall_and_push(state, model, rows, h)
 
 

@@ -260,30 +260,39 @@ def gain_part(work: Floats, f: float) -> None:
     set_row(work, GAIN, even + f * odd)
 
 
-def _nodes(count: int) -> tuple[Row, Row, Row]:
-    """Gauss' nodes between 0 and 1, and the weights with which values there make ∫ dθ and ∬ dθ²."""
-    between_ones, weights = np.polynomial.legendre.leggauss(count)
-    nodes = 0.5 * (1.0 + between_ones)
-    return nodes, 0.5 * weights, 0.5 * weights * (1.0 - nodes)
+# Gauss' nodes between 0 and 1, and the weights with which values there make ∫ dθ and ∬ dθ². Written down, as what a
+# library computes differs in the last digit from one machine to another, and so would the bits of a run.
+_FOUR_NODES = np.array(
+    [
+        (0.06943184420297371, 0.33000947820757187, 0.6699905217924281, 0.9305681557970263),
+        (0.17392742256872692, 0.32607257743127305, 0.32607257743127305, 0.17392742256872692),
+        (0.1618513208623103, 0.21846553629538057, 0.1076070411358925, 0.012076101706416622),
+    ]
+)
+_EIGHT_NODES = np.array(
+    [
+        (0.019855071751231884, 0.10166676129318664, 0.2372337950418355, 0.4082826787521751),
+        (0.591717321247825, 0.7627662049581645, 0.8983332387068134, 0.9801449282487681),
+        (0.05061426814518813, 0.11119051722668724, 0.15685332293894363, 0.181341891689181),
+        (0.181341891689181, 0.15685332293894363, 0.11119051722668724, 0.05061426814518813),
+        (0.04960931821952933, 0.09988613745373567, 0.11964241387321545, 0.10730313838033538),
+        (0.07403875330884561, 0.037210909065728194, 0.011304379772951567, 0.0010049499256588007),
+    ]
+).reshape(3, 8)
 
 
-def impulse_by(nodes: int) -> Callable[[Floats, Floats, int, float], None]:
-    """The kernel that finds the impulse of the force in body axes from its values at so many times."""
-    times, weights, second_weights = _nodes(nodes)
+@straight_line
+def set_impulse(work: Floats, model: Floats, order: int, f: float) -> None:
+    """Find the impulse of the force in body axes over a share f of the trial step, from its values at eight times."""
+    times, weights, second_weights = _EIGHT_NODES
+    then, top = f * times, order + 1
 
-    @straight_line
-    def set_impulse(work: Floats, model: Floats, order: int, f: float) -> None:
-        then, top = f * times, order + 1
+    def add_term(i: Any, *sums: Row) -> tuple[Row, ...]:
+        at = TERMS + (top - i) * STRIDE + TERM
+        return tuple(then * (one + work[at + n]) for n, one in enumerate(sums))
 
-        def add_term(i: Any, *sums: Row) -> tuple[Row, ...]:
-            at = TERMS + (top - i) * STRIDE + TERM
-            return tuple(then * (one + work[at + n]) for n, one in enumerate(sums))
-
-        _set_impulse(
-            work, model, repeated(1, top, tuple(np.zeros(nodes) for _ in range(4)), add_term), weights, second_weights
-        )
-
-    return set_impulse
+    turn = repeated(1, top, tuple(np.zeros(8) for _ in range(4)), add_term)
+    _set_impulse(work, model, turn, weights, second_weights)
 
 
 def _set_impulse(work: Any, model: Any, turn: Sequence[Row], weights: Row, second_weights: Row) -> None:
@@ -298,14 +307,15 @@ def _set_impulse(work: Any, model: Any, turn: Sequence[Row], weights: Row, secon
 
 
 SHORT_ORDER = 6  # up to which terms count for the force while the first orders are enough
-_TIMES, _WEIGHTS, _SECOND_WEIGHTS = _nodes(4)
 
 
 @straight_line
 def set_short_impulse(work: Floats, model: Floats) -> None:
-    """The same for a whole step of few orders."""
-    sums = [np.zeros(4) for _ in range(4)]
+    """The same for a whole step of few orders, from four values."""
+    times, weights, second_weights = _FOUR_NODES
+    sums, power = [np.zeros(4) for _ in range(4)], np.ones(4)
     for k in range(1, SHORT_ORDER + 1):
+        power = power * times
         for n in range(4):
-            sums[n] = sums[n] + (_TIMES**k) * work[TERMS + k * STRIDE + TERM + n]
-    _set_impulse(work, model, sums, _WEIGHTS, _SECOND_WEIGHTS)
+            sums[n] = sums[n] + power * work[TERMS + k * STRIDE + TERM + n]
+    _set_impulse(work, model, sums, weights, second_weights)

@@ -95,10 +95,10 @@ def test_sums_of_a_whole_and_of_a_part_of_the_step():
 @pytest.mark.no_numba
 @pytest.mark.parametrize("f", [1.0, 0.4])
 def test_impulse_of_a_force_that_turns_with_the_body(f):
-    """∫ R F dθ and ∬ R F dθ² by the trapezoidal rule, whose error is of second order, extrapolated."""
+    """∫ R F dθ and ∬ R F dθ², with more than twice as many nodes."""
     model, state, work = filled(0, 5)
     q, _ = reference(model, state, 0)
-    series.impulse_by(8)(work, model, series.HIGHEST_ORDER, f)
+    series.set_impulse(work, model, series.HIGHEST_ORDER, f)
 
     def turned(theta):
         turn = np.polynomial.polynomial.polyval(f * theta, q.astype(float))
@@ -122,5 +122,14 @@ def test_few_orders_are_enough_for_the_impulse_of_a_short_step():
     series.first_orders(0, series.NARROW, 2)(work, model)
     series.set_short_impulse(work, model)
     short = work[series.IMPULSE : series.IMPULSE + 7].copy()
-    series.impulse_by(8)(work, model, 8, 1.0)
+    series.set_impulse(work, model, 8, 1.0)
     assert_allclose(short, work[series.IMPULSE : series.IMPULSE + 7], rtol=0, atol=3e-16)  # measured 1.1e-16
+
+
+@pytest.mark.parametrize("nodes", [series._FOUR_NODES, series._EIGHT_NODES], ids=["four", "eight"])
+def test_nodes_and_weights_are_those_of_gauss(nodes):
+    times, weights, second_weights = nodes
+    found, found_weights = np.polynomial.legendre.leggauss(len(times))
+    assert_allclose(times, (1 + found) / 2, rtol=0, atol=2e-16)  # measured 1.1e-16
+    assert_allclose(weights, found_weights / 2, rtol=0, atol=1e-15)  # measured 4e-16, numpy's
+    assert_allclose(second_weights, weights * (1 - times), rtol=0, atol=3e-17)
