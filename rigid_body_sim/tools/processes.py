@@ -21,16 +21,18 @@ class Child:
 
     def __init__(self, module: str, arguments: Sequence[str], environment: Mapping[str, str] | None = None):
         self.name = module
-        # A file, because a pipe that nobody reads would block the process.
-        self._output = tempfile.TemporaryFile()  # noqa: SIM115  (it outlives this call; reap closes it)
-        self._process = subprocess.Popen(
-            [sys.executable, "-m", module, *arguments],
-            stdin=subprocess.DEVNULL,
-            stdout=self._output,
-            stderr=subprocess.STDOUT,
-            start_new_session=True,
-            env={**os.environ, **(environment or {})},
-        )
+        with contextlib.ExitStack() as stack:
+            # A file, because a pipe that nobody reads would block the process.
+            self._output = stack.enter_context(tempfile.TemporaryFile())
+            self._process = subprocess.Popen(
+                [sys.executable, "-m", module, *arguments],
+                stdin=subprocess.DEVNULL,
+                stdout=self._output,
+                stderr=subprocess.STDOUT,
+                start_new_session=True,
+                env={**os.environ, **(environment or {})},
+            )
+            self._open = stack.pop_all()  # until ``reap``
 
     @property
     def pid(self) -> int:
@@ -54,7 +56,7 @@ class Child:
         except subprocess.TimeoutExpired:
             self._process.kill()
             self._process.wait()
-        self._output.close()
+        self._open.close()
 
     def said(self) -> str:
         """All that it has printed so far."""

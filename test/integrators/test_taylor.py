@@ -93,7 +93,7 @@ def solve(problem, rate, integrator="taylor"):
 
 def attitude_tolerance(name):
     """Attitude error [rad] allowed: 1e-13, or what it grows to as exp(λ t) where the motion is unstable."""
-    return {"torque_free_middle_axis": 2e-11, "flat_body": 1e-12}.get(name, 1e-13)
+    return {"torque_free_middle_axis": 2e-11, "flat_body": 5e-13}.get(name, 1e-13)
 
 
 @pytest.mark.parametrize("rate", RATES)
@@ -102,7 +102,7 @@ def test_reference_solution_is_met_to_round_off_at_every_rate(problem_name, rate
     tolerance = attitude_tolerance(problem_name)
     for state, sample in zip(solve(problem, rate), printed, strict=True):
         true = {name: exact(values) for name, values in sample.items() if name != "time"}
-        # Measured 2.6e-14 at most, 5.1e-12 for torque_free_middle_axis, and 2.4e-13 for flat_body.
+        # Measured 2.6e-14 at most, 5.1e-12 for torque_free_middle_axis, and 1.4e-13 for flat_body.
         assert attitude_error(state.orientation, true["orientation"]) <= tolerance
         assert relative_error(state.angular_velocity, true["angular_velocity"]) <= 2 * tolerance  # much the same
         assert relative_error(state.angular_momentum, true["angular_momentum"]) <= max(1e-14, 0.1 * tolerance)
@@ -206,12 +206,12 @@ def test_ten_million_steps_lose_nothing():
 
 @needs_numba
 def test_energy_does_not_grow_with_the_number_of_long_steps():
-    """0.67 rad each. With 1/3, 1/I and so on rounded once for all steps it gained 1.2e-12."""
+    """0.67 rad each. With 1/I rounded once for all steps, not divided by I in each, it gains 7.0e-13."""
     body = Body(1.0, (0.1, 0.2, 0.25))
-    sim = Simulation(body, State(orientation=SPIN.orientation, angular_velocity=(2.0, 1.0, 1.5)), rate=4.0)
+    sim = Simulation(body, State(orientation=SPIN.orientation, angular_velocity=(1.0, -2.0, 1.5)), rate=4.0)
     begin = invariants.kinetic_energy(body, sim.state)
     sim.step(300_000)
-    assert invariants.kinetic_energy(body, sim.state) == pytest.approx(begin, rel=2e-13)  # measured 3.0e-14 to 8.4e-14
+    assert invariants.kinetic_energy(body, sim.state) == pytest.approx(begin, rel=2e-13)  # measured 1.4e-13
 
 
 # Against the closed form of a symmetric body, at 40 digits --------------------------------------------------------
