@@ -44,6 +44,7 @@ setup(
         "report": ["matplotlib", "mpmath", "tqdm"],
         "bag": ["mcap>=1.5", "rosbags>=0.11", "tqdm"],
         "dask": ["distributed"],
+        "arrays": ["matplotlib", "pandas", "tqdm"],  # what trajectories are shown with
         # What the adapters in bench/peers drive.
         # bsk is Basilisk and pin is Pinocchio; the names "basilisk" and "pinocchio" on PyPI are other projects.
         "peers": ["bsk", "diffrax", "drake", "heyoka", "jax", "mujoco", "pin", "scipy"],
@@ -52,13 +53,16 @@ setup(
             "hypothesis",
             "mcap>=1.5",
             "mcap-ros2-support",
+            "matplotlib",
             "mpmath",
+            "pandas",
             "pytest",
             "pytest-cov",
             "pytest-timeout",
             "pytest-xdist",
             "rosbags>=0.11",
             "scipy",
+            "tqdm",
             "trimesh",
         ],
     },

@@ -22,6 +22,7 @@ from rigid_body_sim.command_line import takes_nothing
 from rigid_body_sim.kernels import compiled
 from rigid_body_sim.report.cost import seconds
 from rigid_body_sim.report.problems import problem
+from rigid_body_sim.runs.schedule import WrenchSchedule
 from rigid_body_sim.simulation import Simulation
 from rigid_body_sim.values.body import Body
 from rigid_body_sim.values.state import State
@@ -178,6 +179,49 @@ def cycle_costs() -> dict[str, list[float]]:
     return costs
 
 
+def commands() -> dict[str, Callable[[], object]]:
+    """Random commands for 10 ms each: one call each, all as one schedule, and heyoka at two tolerances."""
+    given = problem("commands")
+    simulation = Simulation(given.body, given.initial, rate=1.0 / given.hold, gravity=given.gravity)
+    count = len(given.wrenches)
+    schedule = WrenchSchedule.of(range(count), given.wrenches)
+
+    def one_by_one() -> object:
+        simulation.reset()
+        for wrench in given.wrenches:
+            simulation.set_wrench(wrench)
+            simulation.step()
+        return simulation.state
+
+    def at_once() -> object:
+        simulation.reset()
+        return simulation.run(steps=count, every=count, commands=schedule)
+
+    ways: dict[str, Callable[[], object]] = {"one by one": one_by_one, "one schedule": at_once}
+    try:
+        for rtol in (heyoka_peer.RTOLS[-1], 1e-9):
+            run = heyoka_peer.Run(given, rtol)
+            ways[f"heyoka, rtol {rtol:.1e}"] = functools.partial(_from_the_start, run)
+    except ImportError:
+        pass
+    return ways
+
+
+def _from_the_start(run: heyoka_peer.Run) -> object:
+    run.restart()
+    return run.advance()
+
+
+def command_costs() -> dict[str, list[float]]:
+    """Time [s] for a command of each of ``commands``, in each round."""
+    costs: dict[str, list[float]] = {}
+    ways, count = commands(), len(problem("commands").wrenches)
+    for _ in range(ROUNDS):
+        for name, way in ways.items():
+            costs.setdefault(name, []).append(seconds(way) / count)
+    return costs
+
+
 def thread_costs(n: int) -> list[list[float]]:
     """Time [s] for calls of n steps each on two simulations, in each round: one, both in turn, a thread for each."""
     first, second = (Simulation(Body(2.0, MOMENTS), State(angular_velocity=SPIN)) for _ in range(2))
@@ -231,6 +275,11 @@ def main(args: Sequence[str] | None = None) -> int:
     print("\nOne new wrench, one step and one pose read back, from Python, µs: median (smallest)")
     for name, cost in cycle_costs().items():
         print(f"  {name:26s} {1e6 * statistics.median(cost):6.2f} ({1e6 * min(cost):.2f})")
+    print("\nRandom commands, 10 ms each, µs a command: median (smallest), and times one schedule")
+    costs = command_costs()
+    for name, cost in costs.items():
+        ratio = statistics.median(a / b for a, b in zip(cost, costs["one schedule"], strict=True))
+        print(f"  {name:26s} {1e6 * statistics.median(cost):6.2f} ({1e6 * min(cost):.2f})  {ratio:.2f}")
     print(
         "\nTwo threads with a simulation each, as a multiple of the time of one simulation, and of both in one thread"
     )

@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:  # what type checkers see of _HOMES; a test compares the two
     from .effects.drag import Drag as Drag
     from .effects.tether import Tether as Tether
+    from .runs.schedule import WrenchSchedule as WrenchSchedule
+    from .runs.trajectory import Trajectory as Trajectory
     from .scene.loader import Scene as Scene
     from .scene.loader import load_scene as load_scene
     from .simulation import Simulation as Simulation
@@ -28,7 +30,9 @@ _HOMES = {  # of each public name
     "Snapshot": "snapshot",
     "State": "values.state",
     "Tether": "effects.tether",
+    "Trajectory": "runs.trajectory",
     "Wrench": "values.wrench",
+    "WrenchSchedule": "runs.schedule",
     "load_scene": "scene.loader",
 }
 __all__ = [*_HOMES]

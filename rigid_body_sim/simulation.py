@@ -18,11 +18,15 @@ from .kernels.acceleration import acceleration_reader
 from .kernels.arrays import Floats, Vector, python_floats
 from .kernels.model import FASTEST, WRENCH
 from .rate import Rate
+from .runs import running
+from .runs.schedule import WrenchSchedule
+from .runs.trajectory import Trajectory
 from .scene import plan
 from .scene.loader import Scene
 from .snapshot import Snapshot
 from .stepping import Stepping, asked_for
 from .terms import Terms
+from .theory import invariants
 from .values.body import Body
 from .values.state import BodyState, State, body_state, flatten, is_slow_enough
 from .values.wrench import ZERO, PointForce, Wrench
@@ -36,7 +40,12 @@ MOST_AT_ONCE = 1_000_000  # steps in one kernel call, so that Ctrl-C is heard du
 
 
 class SimulationError(RuntimeError):
-    """A step that could not be done; the simulation keeps the last good state."""
+    """A step that could not be done; the simulation keeps the last good state.
+
+    Of a run, ``trajectory`` is what was done up to there.
+    """
+
+    trajectory: Trajectory | None = None
 
 
 class Simulation:
@@ -261,6 +270,72 @@ class Simulation:
             if self._expiry is not None and self.steps == self._expiry:
                 self._end_holding()
             n -= done
+
+    def run(
+        self,
+        duration: float | None = None,
+        *,
+        steps: int | None = None,
+        every: int = 1,
+        commands: WrenchSchedule | None = None,
+        controller: running.Controller | None = None,
+        control_every: int = 1,
+        progress: bool | None = None,
+    ) -> Trajectory:
+        """Advance by ``duration`` [s] or by ``steps``, and return the states on the way: the first, and of every so
+        many steps one, and the last.
+
+        They are the same bits as those of single steps. ``commands`` are held one after the other, as ``set_wrench``
+        holds them; or ``controller(state, time)`` says, each ``control_every`` steps, the Wrench to be held next, or
+        None to go on. ``progress`` shows a bar: by default where a run takes longer on a terminal, with tqdm. Ctrl-C
+        ends the run with a warning, and what was done is returned.
+
+        Raises ValueError, and does nothing, for a duration that is no whole number of steps, commands beyond the run,
+        or that the integrator cannot be given. Raises SimulationError as ``step`` does, with what was done up to there
+        as its ``trajectory``.
+        """
+        n, every = running.counted(duration, steps, self.rate), running.positive("every", every)
+        control_every = running.positive("control_every", control_every)
+        if commands is not None and controller is not None:
+            raise ValueError("run takes commands or a controller, not both; a controller can follow a schedule itself")
+        commands = running.NO_COMMANDS if commands is None else commands
+        self._check_schedule(commands)
+        run = running.Run(self, running.Inside(self._state, self._takes, self._follow), n, every, commands)
+        try:
+            run.go(controller, control_every, progress)
+        except SimulationError as stopped:
+            stopped.trajectory = run.trajectory
+            raise
+        return run.trajectory
+
+    def _check_schedule(self, commands: WrenchSchedule) -> None:
+        """Raise ValueError for a row that cannot be held."""
+        for row in np.flatnonzero(commands.turns)[:1].tolist():
+            try:
+                self._stepping.for_wrench(commands.wrench(row))
+            except ValueError as reason:
+                raise ValueError(f"row {row} of the schedule: {reason}") from None
+
+    def _takes(self) -> tuple[bool, ...]:
+        """Of which ``turns`` wrenches ``_follow`` may be given, without points; empty where it cannot go on alone."""
+        alone = self._expiry is None and self._held.sources.keys() <= {""}
+        return self._in_place if compiled.ENABLED and alone and self._origin_steps is None else ()
+
+    def _follow(self, n: int, commands: Floats, kept: Floats, since: int, every: int) -> int:
+        script, work = self._stepping.script(self.integrator)
+        done = script(self._state, self._model, work, self._h, n, commands, kept, since, every)
+        self.steps += done
+        return done
+
+    @property
+    def kinetic_energy(self) -> float:
+        """½ m v·v + ½ ω·I ω [J], with v the velocity of the centre of mass."""
+        return float(invariants.kinetic_energy(self.body, self.state))
+
+    @property
+    def potential_energy(self) -> float:
+        """Energy [J] in gravity, constant forces and tethers: none at the world's origin, and in a tether at rest."""
+        return float(invariants.potential_energy(self.terms, self.state))
 
     @property
     def state(self) -> BodyState:

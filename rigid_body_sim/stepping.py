@@ -1,11 +1,12 @@
 """By which kernel a simulation of some terms advances: which it may need, which is right for a wrench, made ready."""
 
 import math
+from typing import Any
 
 import numpy as np
 
 from . import integrators
-from .integrators import Integrator, steps_of
+from .integrators import Integrator, script_of, steps_of
 from .kernels import compiled
 from .kernels.arrays import Floats, zeros_on_a_line
 from .kernels.motion import Acting
@@ -34,8 +35,16 @@ def within_reach(terms: Terms, asked: Integrator | None) -> list[Integrator]:
 
 def request(integrator: Integrator, acting: Acting) -> compiled.Request:
     """What is to be compiled for an integrator under loads."""
-    state, work = np.zeros(SIZE), np.zeros(integrator.work_size)
-    return compiled.Request(steps_of(integrator, acting), (state, np.zeros(1), work, 1.0, 1))
+    return compiled.Request(steps_of(integrator, acting), _examples(integrator))
+
+
+def _script_request(integrator: Integrator, acting: Acting) -> compiled.Request:
+    """The same for whole runs."""
+    return compiled.Request(script_of(integrator, acting), (*_examples(integrator), np.zeros(0), np.zeros(0), 0, 1))
+
+
+def _examples(integrator: Integrator) -> tuple[Any, ...]:
+    return np.zeros(SIZE), np.zeros(1), np.zeros(integrator.work_size), 1.0, 1
 
 
 class Stepping:
@@ -50,12 +59,13 @@ class Stepping:
         self.terms, self.asked, self.stiffness = terms, asked, None if asked or not terms.loads else math.nan
         self._h = h
         self._made: dict[str, tuple[compiled.Steps, Floats]] = {}
+        self._scripts: dict[str, compiled.Script] = {}
 
     def changed(self, terms: Terms) -> "Stepping":
         """The same for other terms: what was made ready stays, where the same loads act. Raises as the constructor."""
         other = Stepping(terms, self.asked, self._h)
         if terms.kernels == self.terms.kernels:
-            other._made = self._made
+            other._made, other._scripts = self._made, self._scripts
         return other
 
     def prepare(self, state: Floats, model: Floats) -> None:
@@ -78,6 +88,13 @@ class Stepping:
     def kernel(self, integrator: Integrator) -> tuple[compiled.Steps, Floats]:
         """The kernel ``steps(state, model, work, h, n)`` and its scratch space, of one that was made ready."""
         return self._made[integrator.name]
+
+    def script(self, integrator: Integrator) -> tuple[compiled.Script, Floats]:
+        """The same for whole runs. Its first use compiles it."""
+        if integrator.name not in self._scripts:
+            wanted = _script_request(integrator, self.terms.kernels)
+            self._scripts[integrator.name] = compiled.ready(wanted.function, *wanted.examples)
+        return self._scripts[integrator.name], self._made[integrator.name][1]
 
     def takes_any(self, integrator: Integrator) -> bool:
         """Whether it goes on under any wrench without points."""

@@ -17,7 +17,7 @@ from ..kernels.motion import Acting
 from ..kernels.tuples import Load, Motion, added
 from ..values.body import Body
 from ..values.parameter import Parameter
-from ..values.state import State
+from ..values.state import Motions
 
 
 class Lever(NamedTuple):
@@ -53,7 +53,8 @@ class Effect:
     ``make`` makes one of it from its parameters, by their last names: a dataclass or a NamedTuple. ``zero`` is one
     without any strength, ``example`` one that acts in all ways it can: the contract tests take them. With ``many`` a
     scene may have any number, each with a name of its own. ``world`` names the fields that are vectors of the world.
-    ``energy(one, body, state)`` is its potential energy [J]; with ``dissipates`` it takes energy out.
+    ``energy(one, body, state)`` is its potential energy [J], of one state or of many (see values.state.Motions);
+    with ``dissipates`` it takes energy out.
     """
 
     name: str  # of the group of parameters, and the keyword of Simulation
@@ -66,7 +67,7 @@ class Effect:
     check: Callable[[Any], tuple[Any, ...]] | None = None  # of what a user gave, where other forms are taken
     acts: Callable[[Any], bool] = lambda one: True
     world: tuple[str, ...] = ()
-    energy: Callable[[Any, Body, State], Any] | None = None
+    energy: Callable[[Any, Body, Motions], Any] | None = None
     dissipates: bool = False
 
     @property

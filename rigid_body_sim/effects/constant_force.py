@@ -8,7 +8,7 @@ import numpy as np
 from ..values import rotation
 from ..values.body import Body
 from ..values.parameter import Parameter
-from ..values.state import State
+from ..values.state import Motions
 from ..values.wrench import ZERO, PointForce, Wrench
 from .base import Lever, SeriesEffect
 
@@ -34,10 +34,11 @@ def _lever(force: PointForce, body: Body) -> Iterator[Lever]:
     yield Lever(*force)
 
 
-def _energy(given: PointForce, body: Body, state: State) -> Any:
+def _energy(given: PointForce, body: Body, state: Motions) -> Any:
     """−f · p [J], with the point p in the world: none at its origin."""
     point, force = given
-    return -(np.asarray(force, np.longdouble) @ (state.position + rotation.rotate(state.orientation, point)))
+    places = state.position + rotation.rotate_each(state.orientation, np.asarray(point, float))
+    return -(places @ np.asarray(force, np.longdouble))
 
 
 EFFECT = SeriesEffect(

@@ -16,7 +16,7 @@ from ..kernels.vectors import qrotate_back
 from ..values import rotation
 from ..values.body import Body
 from ..values.parameter import Parameter
-from ..values.state import State
+from ..values.state import Motions
 from ..values.wrench import ZERO, three_finite
 from .base import LoadEffect
 from .rows import Row, add_row
@@ -59,12 +59,13 @@ def _row(tether: Tether, body: Body) -> Floats:
     return np.array((*arm, *tether.anchor, *numbers), float)
 
 
-def _energy(tether: Tether, body: Body, state: State) -> Any:
+def _energy(tether: Tether, body: Body, state: Motions) -> Any:
     """½ k s² [J] of the stretch s, which is zero while it is slack."""
-    point = state.position + rotation.rotate(state.orientation, tether.body_point)
+    point = state.position + rotation.rotate_each(state.orientation, np.asarray(tether.body_point, float))
     away = point.astype(np.longdouble) - tether.anchor
-    stretch = np.sqrt(away @ away) - tether.rest_length
-    return tether.stiffness * stretch * stretch / 2 if stretch > 0.0 or not tether.slack else 0.0
+    stretch = np.sqrt((away * away).sum(-1)) - tether.rest_length
+    stretch = np.maximum(stretch, 0.0) if tether.slack else stretch
+    return tether.stiffness * stretch * stretch / 2
 
 
 class Pull(NamedTuple):

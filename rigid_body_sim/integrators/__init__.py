@@ -4,7 +4,7 @@ from ..effects import REGISTRY as EFFECTS
 from ..effects.base import Effect, LoadEffect, SeriesEffect
 from ..terms import Terms
 from . import dop853, exact, matrix_euler, rk4, rkmk4, rosenbrock, semi_implicit_euler, splitting, taylor
-from .base import Integrator, steps_of
+from .base import Integrator, script_of, steps_of
 
 _ALL = (
     taylor.INTEGRATOR,
@@ -47,4 +47,4 @@ def _words(kind: type[Effect]) -> str:
     return " and ".join(effect.left_out for effect in EFFECTS.values() if isinstance(effect, kind))
 
 
-__all__ = ["AUTO", "CHOICES", "REGISTRY", "RULE", "Integrator", "get", "shortfall", "steps_of"]
+__all__ = ["AUTO", "CHOICES", "REGISTRY", "RULE", "Integrator", "get", "script_of", "shortfall", "steps_of"]

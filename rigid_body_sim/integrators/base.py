@@ -3,15 +3,26 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
+from typing import NamedTuple
 
 from ..effects.base import NOTHING_ACTS
 from ..kernels.arrays import Floats
-from ..kernels.compiled import Steps
+from ..kernels.compiled import Script, Steps
 from ..kernels.lock import giving_way
 from ..kernels.motion import Acting
 from ..kernels.state import SIZE, copy, is_finite
 from ..kernels.wrench import reduce_wrench
 from ..values.wrench import Wrench
+from .script import scripted
+
+
+class Kind(NamedTuple):
+    """What a model of ``reduce_wrench`` says of how a body moves, by which kernels for eight at once differ."""
+
+    carried: int  # vectors
+    pushed: bool  # by a force in body axes
+    only_world_torque: bool
+
 
 Step = Callable[[Acting, Floats, Floats, Floats, float], bool]
 Loop = Callable[[Step, Acting], Steps]
@@ -64,6 +75,8 @@ class Integrator:
     one_evaluation: bool = False
     loop: Loop = step_by_step
     resisted: bool = False  # whether it takes drag and tethers into account
+    # Makes a kernel ``advance(state, model, h)`` of eight bodies, with the bits of ``step``; see kernels.symbols.
+    short_steps: Callable[[Kind, int], Callable[[Floats, Floats, float], int]] | None = None
     adaptive: bool = False  # whether it keeps its error below rtol inside each step
 
     def refusal(self, wrench: Wrench) -> str:
@@ -84,5 +97,15 @@ class Integrator:
 @cache
 def steps_of(integrator: Integrator, acting: Acting) -> Steps:
     """The kernel ``steps(state, model, work, h, n)``: up to n steps of h [s] under loads, and how many were done."""
-    steps = integrator.loop(integrator.step, acting if integrator.resisted else NOTHING_ACTS)
-    return giving_way(steps, 0 if integrator.adaptive else FEW)  # a step that chooses its sub-steps may take seconds
+    # A step that chooses its sub-steps may take seconds.
+    return giving_way(_loop_of(integrator, acting), 0 if integrator.adaptive else FEW)
+
+
+@cache
+def script_of(integrator: Integrator, acting: Acting) -> Script:
+    """The same for whole runs: see ``scripted``."""
+    return scripted(_loop_of(integrator, acting))
+
+
+def _loop_of(integrator: Integrator, acting: Acting) -> Steps:
+    return integrator.loop(integrator.step, acting if integrator.resisted else NOTHING_ACTS)

@@ -23,9 +23,10 @@ from ..kernels.model import CARRIED, FORCE, FORCE_WORLD, MASS, MOMENT_ROW, MOMEN
 from ..kernels.motion import Acting
 from ..kernels.row_vectors import crossed, rotated
 from ..kernels.series import HIGHEST_ORDER, NARROW
-from ..kernels.state import L, P, Q, X, add_compensated, add_row, align, body_momentum, is_thin
-from ..kernels.straight_line import Row, picked, row, straight_line
-from .base import SCRATCH, Integrator
+from ..kernels.state import L, P, Q, X, add_compensated, add_row, align, body_momentum, is_thin, seems_finite
+from ..kernels.straight_line import in_lanes, straight_line
+from ..kernels.symbols import Row, chosen, picked, row
+from .base import SCRATCH, Integrator, Kind
 
 TINY, SHORT = 0.001, 0.02  # rad; steps that turn the body by less take 6 and 8 orders, nearly always
 TRIAL_ANGLE = 0.8  # rad; a trial step turns the body by about this much at most
@@ -125,27 +126,26 @@ def _turning(state: Floats, model: Floats, rows: Floats) -> float:
 
 def _series_with(carried: int) -> Callable[[Floats, Floats, float, float], tuple[int, float]]:
     begin, more = series.begin(carried), series.more_orders(carried)
-    to_6, to_8 = series.first_orders(carried, 6, 2), series.first_orders(carried, NARROW, 2)
+    to_6, to_8 = (series.first_orders(carried, last, 2) for last in (6, NARROW))
     to_8_with_care = series.first_orders(carried, NARROW, 5)
 
     @kernel
     def fill(rows: Floats, model: Floats, trial: float, angle: float) -> tuple[int, float]:
         first = begin(rows, model, trial)
         if angle < TINY:
-            order, (last, before) = 6, to_6(rows, model)
-        elif angle < SHORT:
-            order, (last, before) = NARROW, to_8(rows, model)
-        else:
-            order, (last, before) = NARROW, to_8_with_care(rows, model)
+            last, before = to_6(rows, model)
+            if last * last <= TOLERANCE * first * before:
+                return 6, 1.0
+        if angle < SHORT:
+            last, before = to_8(rows, model)
+            if last * last <= TOLERANCE * first * before:
+                return NARROW, 1.0
+        order, (last, before) = NARROW, to_8_with_care(rows, model)
         while not last * last <= TOLERANCE * first * before:
             if order == HIGHEST_ORDER:
                 return order, min(1.0, (LONG_TOLERANCE / last) ** (1.0 / HIGHEST_ORDER))
-            if order < NARROW:
-                last, before = to_8(rows, model)
-                order = NARROW
-            else:
-                last, before = more(rows, model, order, order + 4)
-                order += 4
+            last, before = more(rows, model, order, order + 4)
+            order += 4
         return order, 1.0
 
     return fill
@@ -193,8 +193,14 @@ def _fall(state: Floats, model: Floats, h: float) -> None:
 
 @straight_line
 def _fall_and_push(state: Floats, model: Floats, rows: Floats, h: float) -> None:
+    once, twice = (row(rows, series.IMPULSE + at, 4)[[0, 1, 2, 0]] for at in (0, 4))
+    _fall_pushed(state, model, h, once, twice)
+
+
+def _fall_pushed(state: Any, model: Any, h: Any, once: Row, twice: Row) -> None:
+    """Add to P and x what the world force does in h [s], and that in body axes by ∫ R F dθ and ∬ R F dθ²."""
     force, q = row(model, FORCE_WORLD, 4), row(state, Q, 4)
-    once, twice = (rotated(q, row(rows, series.IMPULSE + at, 4)[[0, 1, 2, 0]]) for at in (0, 4))
+    once, twice = rotated(q, once), rotated(q, twice)
     _push(state, model, h, force + once, 0.5 * force + twice)
 
 
@@ -208,7 +214,11 @@ def _push(state: Any, model: Any, h: Any, once: Row, twice: Row) -> None:
 @straight_line
 def _turn(state: Floats, rows: Floats) -> None:
     """Advance q by the relative attitude 1 + d."""
-    q, d = row(state, Q, 4), row(rows, series.GAIN, 4)
+    _turn_by(state, row(rows, series.GAIN, 4))
+
+
+def _turn_by(state: Any, d: Row) -> None:
+    q = row(state, Q, 4)
     squares = q * q
     size = (squares[[0] * 4] + squares[[1] * 4]) + (squares[[2] * 4] + squares[[3] * 4])
     w = d[[3] * 4] + (0.5 * NORM_GAIN) * (1.0 - size)
@@ -218,13 +228,16 @@ def _turn(state: Floats, rows: Floats) -> None:
 
 @straight_line
 def _add_body_momentum(state: Floats, model: Floats, rows: Floats, half: float) -> None:
-    """Advance L from the body's own.
+    """Advance L from the body's own; ``half`` of the trial step [s]."""
+    w, d, gained = row(rows, series.RATES, 4), row(rows, series.GAIN, 4), row(rows, series.GAIN + 4, 4)
+    _add_momentum(state, model, w, d, gained, half)
 
-    With l the angular momentum in principal axes, ΔL = R (Q l Q̄ − l₀) = R (Δl + 2 (s v × l + v × (v × l))).
-    """
-    moments, d = row(model, MOMENT_ROW, 4), row(rows, series.GAIN, 4)
-    gained = moments * (row(rows, series.GAIN + 4, 4) / half)  # 1 / half would err the same way in each step
-    a = crossed(d, moments * row(rows, series.RATES, 4) + gained)
+
+def _add_momentum(state: Any, model: Any, w: Row, d: Row, eta: Row, half: Any) -> None:
+    """With l the angular momentum in principal axes, ΔL = R (Q l Q̄ − l₀) = R (Δl + 2 (s v × l + v × (v × l)))."""
+    moments = row(model, MOMENT_ROW, 4)
+    gained = moments * (eta / half)  # 1 / half would err the same way in each step
+    a = crossed(d, moments * w + gained)
     turned = rotated(row(state, Q, 4), gained + 2.0 * ((a + d[[3] * 4] * a) + crossed(d, a)))
     add_row(state, L - 1, picked(_NOTHING, turned, [0, 4, 5, 6]))
 
@@ -239,6 +252,54 @@ def _align_thin(state: Floats, model: Floats, work: Floats, half: float) -> None
     align(state, lx, lxl, ly, lyl, lz, lzl)
 
 
+def short_steps(kind: Kind, orders: int) -> Callable[[Floats, Floats, float], int]:
+    """The kernel that advances eight bodies of a kind by h [s], of those for which so many orders, 6 or 8, are enough.
+
+    It returns which those are. The state of the others is spoilt.
+    """
+
+    @in_lanes
+    def advance(state: Floats, model: Floats, h: float) -> int:
+        w = series.rates(state, model)
+        vectors, torque = series.carried_vectors(state, model, kind.carried)
+        angle = series.turning(w, torque, model).root * h
+        equations = series.trial(model, h, kind.carried)
+        found = list(equations.first_two((0.5 * h) * w, torque, vectors))
+        series.added_up_to(orders, 2, equations, found)
+        d, eta, enough = _six_orders(found, angle) if orders == 6 else _six_or_eight_orders(found, angle)
+        if kind.pushed:
+            terms = [order.q for order in found[1 : series.SHORT_ORDER + 1]]
+            _fall_pushed(state, model, h, *series.short_impulse(model, terms))
+        else:
+            force = row(model, FORCE_WORLD, 4)
+            _push(state, model, h, force, 0.5 * force)
+        if not kind.only_world_torque:
+            _add_momentum(state, model, w, d, eta, 0.5 * h)
+        elif kind.carried:
+            for i in range(3):
+                add_compensated(state, L + i, h * model[CARRIED + i])
+        _turn_by(state, d)
+        return (enough & (angle > 0.0) & seems_finite(state, model)).bits
+
+    return advance
+
+
+def _six_orders(orders: list[series.Order], angle: Any) -> tuple[Row, Row, Any]:
+    """What the terms of eight bodies add up to, and for which the step is one of six orders."""
+    last, before = series.sizes(orders, 6)
+    enough = (angle < TINY) & (last * last <= TOLERANCE * orders[1].size * before)
+    return *series.gain(orders, 6), enough
+
+
+def _six_or_eight_orders(orders: list[series.Order], angle: Any) -> tuple[Row, Row, Any]:
+    """The same for six or eight orders, of each body as many as its step takes."""
+    q, eta, six = _six_orders(orders, angle)
+    last, before = series.sizes(orders, NARROW)
+    eight = (angle < SHORT) & (last * last <= TOLERANCE * orders[1].size * before)
+    more_q, more_eta = series.gain(orders, NARROW)
+    return chosen(six, q, more_q), chosen(six, eta, more_eta), six | eight
+
+
 INTEGRATOR = Integrator(
     name="taylor",
     order=None,
@@ -246,6 +307,7 @@ INTEGRATOR = Integrator(
     step=step,
     work_size=WORK_SIZE,
     reversible=True,
+    short_steps=short_steps,
     text=(
         "Taylor series of the equations of motion with order and sub-steps chosen in each step, and compensated "
         "summation. Exact to round-off at every rate for every wrench that is held between commands."

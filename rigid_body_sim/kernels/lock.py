@@ -7,7 +7,7 @@ which takes longer than a few steps do.
 from typing import Any
 
 from .arrays import Floats
-from .compiled import ENABLED, Steps, kernel
+from .compiled import ENABLED, Script, Steps, kernel
 
 
 def giving_way(steps: Steps, few: int) -> Steps:
@@ -21,6 +21,31 @@ def giving_way(steps: Steps, few: int) -> Steps:
         done = inner(state, model, work, h, n)
         if n > few:
             _take_back(thread)
+        return done
+
+    return entry
+
+
+def giving_way_to_script(script: Script) -> Script:
+    """The same kernel, which gives up Python's lock."""
+    if not ENABLED:
+        return script
+    inner = kernel(script)
+
+    def entry(
+        state: Floats,
+        model: Floats,
+        work: Floats,
+        h: float,
+        n: int,
+        commands: Floats,
+        kept: Floats,
+        since: int,
+        every: int,
+    ) -> int:
+        thread = _give_up()
+        done = inner(state, model, work, h, n, commands, kept, since, every)
+        _take_back(thread)
         return done
 
     return entry

@@ -4,7 +4,7 @@ The fourth number of a vector makes both permutations of a cross product vectors
 """
 
 from .extended import two_sum, xadd, xmultiply
-from .straight_line import Row
+from .symbols import Row
 
 YZX, ZXY = [1, 2, 0, 1], [2, 0, 1, 2]
 

@@ -26,7 +26,8 @@ from .arrays import Floats
 from .model import ARM_ROWS, CARRIED, DIFFERENCES, FORCE, GYRO, INVERSE, MOMENT_ROW, TORQUE
 from .row_vectors import YZX, ZXY, crossed, rotated_back
 from .state import L, Q
-from .straight_line import Row, magnitude, picked, repeated, row, row_of, set_row, straight_line, sum_of
+from .straight_line import straight_line
+from .symbols import Row, magnitude, picked, repeated, row, row_of, set_row, sum_of
 from .vectors import cross
 
 HIGHEST_ORDER = 28
@@ -50,7 +51,7 @@ _TURN = np.array([1.0, 1.0, 1.0, -1.0])  # sign of the first two products in Q �
 _VECTOR = np.array([1.0, 1.0, 1.0, 0.0])
 
 
-class _Order:
+class Order:
     """One order: its terms, and the rows of the products that it is a factor of."""
 
     def __init__(self, q: Row, eta: Row, carried: Sequence[Row]):
@@ -61,6 +62,11 @@ class _Order:
         for b in carried:
             self.left += [b[ZXY], b[YZX]]
 
+    @property
+    def size(self) -> Any:
+        """Sum of the absolute values of its terms."""
+        return sum_of(magnitude(self.q) + magnitude(self.eta))
+
     def keep(self, work: Any, k: Any, wide: bool = False) -> None:
         """Write it to where the others are found, as rows of eight where ``wide``."""
         at = TERMS + k * STRIDE
@@ -69,44 +75,119 @@ class _Order:
                 set_row(work, at + (place + 4 * i), picked(rows[i], rows[i + 1], _BOTH) if wide else rows[i])
 
 
-def _kept(work: Any, k: Any, carried: int) -> _Order:
+def _kept(work: Any, k: Any, carried: int) -> Order:
     at = TERMS + k * STRIDE
     vectors = [_carried_vector(work, at, i) for i in range(carried)]
-    return _Order(row(work, at + TERM, 4), row(work, at + RIGHT, 4), vectors)
+    return Order(row(work, at + TERM, 4), row(work, at + RIGHT, 4), vectors)
 
 
 def _carried_vector(work: Any, at: Any, i: int) -> Row:
     return row(work, at + (LEFT + 16 + 8 * i), 4)[YZX]
 
 
+class Equations:
+    """The equations of motion as a recurrence from order to order.
+
+    ``scale`` is ½ h² of a trial step of h [s]; ``arm(at)`` are the rows of all A_i, four numbers each, by I₀⁻¹ ½ h².
+    """
+
+    def __init__(self, model: Any, scale: Any, arm: Callable[[int], Row]):
+        self.model, self.scale, self.arm = model, scale, arm
+
+    def first_two(self, half: Row, torque: Row, vectors: Sequence[Row]) -> tuple[Order, Order]:
+        """Orders 0 and 1, from ½ h ω, the torque [N m] and the carried vectors at the start."""
+        oldest = Order(1.0 - _VECTOR, half, vectors)
+        gyroscopic = row(self.model, DIFFERENCES, 4) * (half[YZX] * half[ZXY])
+        gained = (gyroscopic + self.scale * torque) / row(self.model, MOMENT_ROW, 4)
+        return oldest, Order(_VECTOR * half, gained, [2.0 * crossed(b, half) for b in vectors])
+
+    def next(self, k: Any, middle: Sequence[Row], newest: Order, oldest: Order, careful: bool = False) -> Order:
+        """Order k + 1, for k above 0; ``middle`` are its products without those with order 0."""
+        share = 1.0 / (k + 1)
+        by_w, by_yzx, by_zxy, yzx = newest.left[:4]
+        eta_old, zxy_old, yzx_old = oldest.right[:3]
+        turn = (middle[0] + by_w * eta_old) + (middle[1] + by_yzx * zxy_old)
+        q = share * ((_VECTOR * newest.eta + _TURN * turn) - (middle[2] + by_zxy * yzx_old))
+        products = middle[3] + (yzx * zxy_old + newest.right[1] * yzx_old)
+        eta = (self._careful_rates if careful else self._rates)(k, products, newest)
+        return Order(q, eta, [_turned(2.0 * share, i, middle, newest, oldest) for i in range(len(newest.carried))])
+
+    def _rates(self, k: Any, products: Row, newest: Order) -> Row:
+        share = 1.0 / (k + 1)
+        gained = (share * row(self.model, GYRO, 4)) * products
+        for i, b in enumerate(newest.carried):
+            gained = gained + share * _times([self.arm(12 * i + at) for at in (0, 4, 8)], b)
+        return gained
+
+    def _careful_rates(self, k: int, products: Row, newest: Order) -> Row:
+        """The same by division, with the rounding of a quotient that is another one each time."""
+        gained = row(self.model, DIFFERENCES, 4) * products
+        for i, b in enumerate(newest.carried):
+            gained = gained + self.scale * _times(_arm_rows(self.model, i), b)
+        return gained / row(self.model, MOMENT_ROW, 4) / float(k + 1)
+
+
+def _arm_rows(model: Any, i: int) -> list[Row]:
+    return [row(model, ARM_ROWS + 12 * i + at, 4) for at in (0, 4, 8)]
+
+
+def _times(diagonals: Sequence[Row], b: Row) -> Row:
+    """A b of a matrix that is given as three diagonals."""
+    straight, once, twice = diagonals
+    return (straight * b + once * b[YZX]) + twice * b[ZXY]
+
+
+def _turned(share: Any, i: int, middle: Sequence[Row], newest: Order, oldest: Order) -> Row:
+    """``share`` times the coefficient of b_i × η."""
+    at = 4 + 2 * i
+    (zxy, yzx), (old_zxy, old_yzx) = newest.left[at : at + 2], oldest.left[at : at + 2]
+    gained = (middle[at + 1] + yzx * oldest.right[1]) + old_yzx * newest.right[1]
+    lost = (middle[at] + zxy * oldest.right[2]) + old_zxy * newest.right[2]
+    return share * (gained - lost)
+
+
 @straight_line
 def set_rates(state: Floats, model: Floats, work: Floats) -> None:
     """ω = I₀⁻¹ Rᵀ L, theory (2.4.3)."""
+    set_row(work, RATES, rates(state, model))
+
+
+def rates(state: Any, model: Any) -> Row:
+    """The same as a row."""
     l_body = rotated_back(row(state, Q, 4), row_of(state[L], state[L + 1], state[L + 2], state[L]))
-    set_row(work, RATES, l_body / row(model, MOMENT_ROW, 4))
+    return l_body / row(model, MOMENT_ROW, 4)
 
 
 def carry(carried: int) -> Callable[[Floats, Floats, Floats], float]:
-    """The kernel that sets the carried vectors and the torque; it returns how fast the body turns, squared [1/s²].
-
-    That is ω·ω plus the sum of the components of I₀⁻¹ τ.
-    """
+    """The kernel that sets the carried vectors and the torque; it returns how fast the body turns, squared [1/s²]."""
 
     @straight_line
     def set_carried(state: Floats, model: Floats, work: Floats) -> float:
-        torque = row(model, TORQUE, 4)[[0, 1, 2, 0]]
-        for i in range(carried):
-            x, y, z = (model[CARRIED + 3 * i + axis] for axis in range(3))
-            b = rotated_back(row(state, Q, 4), row_of(x, y, z, x))
+        vectors, torque = carried_vectors(state, model, carried)
+        for i, b in enumerate(vectors):
             set_row(work, TERMS + (LEFT + 16 + 8 * i), b[ZXY])
-            torque = torque + _arm_products(model, ARM_ROWS + 12 * i, b)
         set_row(work, TORQUES, torque)
-        w = row(work, RATES, 4)
-        turning = w * w + magnitude(torque * row(model, INVERSE, 4))
-        x, y, z = (turning[axis] for axis in range(3))
-        return (x + y) + z
+        return turning(row(work, RATES, 4), torque, model)
 
     return set_carried
+
+
+def carried_vectors(state: Any, model: Any, carried: int) -> tuple[list[Row], Row]:
+    """So many carried vectors and the torque [N m], in principal axes."""
+    vectors, torque = [], row(model, TORQUE, 4)[[0, 1, 2, 0]]
+    for i in range(carried):
+        x, y, z = (model[CARRIED + 3 * i + axis] for axis in range(3))
+        b = rotated_back(row(state, Q, 4), row_of(x, y, z, x))
+        torque = torque + _times(_arm_rows(model, i), b)
+        vectors.append(b)
+    return vectors, torque
+
+
+def turning(w: Row, torque: Row, model: Any) -> Any:
+    """How fast a body turns, squared [1/s²]: ω·ω plus the sum of the components of I₀⁻¹ τ."""
+    squares = w * w + magnitude(torque * row(model, INVERSE, 4))
+    x, y, z = (squares[axis] for axis in range(3))
+    return (x + y) + z
 
 
 def begin(carried: int) -> Callable[[Floats, Floats, float], float]:
@@ -114,20 +195,28 @@ def begin(carried: int) -> Callable[[Floats, Floats, float], float]:
 
     @straight_line
     def set_first(work: Floats, model: Floats, h: float) -> float:
-        scale, inverse = (0.5 * h) * h, row(model, INVERSE, 4)
-        work[SCALE] = scale
+        equations = trial(model, h, carried)
+        work[SCALE] = equations.scale
         for at in range(0, 12 * carried, 4):
-            set_row(work, ARMS + at, (scale * inverse) * row(model, ARM_ROWS + at, 4))
-        eta, torque = (0.5 * h) * row(work, RATES, 4), row(work, TORQUES, 4)
-        oldest = _Order(1.0 - _VECTOR, eta, [_carried_vector(work, TERMS, i) for i in range(carried)])
-        oldest.keep(work, 0)
-        gyroscopic = row(model, DIFFERENCES, 4) * (eta[YZX] * eta[ZXY])
-        gained = (gyroscopic + scale * torque) / row(model, MOMENT_ROW, 4)
-        first = _Order(_VECTOR * eta, gained, [2.0 * crossed(b, eta) for b in oldest.carried])
-        first.keep(work, 1)
-        return sum_of(magnitude(first.q) + magnitude(first.eta))
+            set_row(work, ARMS + at, equations.arm(at))
+        vectors = [_carried_vector(work, TERMS, i) for i in range(carried)]
+        orders = equations.first_two((0.5 * h) * row(work, RATES, 4), row(work, TORQUES, 4), vectors)
+        for k, order in enumerate(orders):
+            order.keep(work, k)
+        return orders[1].size
 
     return set_first
+
+
+def trial(model: Any, h: Any, carried: int) -> Equations:
+    """The equations for a trial step of h [s]."""
+    scale, inverse = (0.5 * h) * h, row(model, INVERSE, 4)
+    arms = [(scale * inverse) * row(model, ARM_ROWS + at, 4) for at in range(0, 12 * carried, 4)]
+    return Equations(model, scale, lambda at: arms[at // 4])
+
+
+def _kept_equations(work: Any, model: Any) -> Equations:
+    return Equations(model, work[SCALE], lambda at: row(work, ARMS + at, 4))
 
 
 def first_orders(carried: int, last: int, careful: int) -> Callable[[Floats, Floats], tuple[float, float]]:
@@ -139,17 +228,55 @@ def first_orders(carried: int, last: int, careful: int) -> Callable[[Floats, Flo
 
     @straight_line
     def add_orders(work: Floats, model: Floats) -> tuple[float, float]:
-        oldest, newest = _kept(work, 0, carried), _kept(work, 1, carried)
-        q, eta = np.zeros(4), np.zeros(4)
-        for k in range(1, last):
-            newest = _next(work, model, k, newest, oldest, careful=k < careful)
-            newest.keep(work, k + 1)
-            q, eta = q + newest.q, eta + newest.eta
+        q, eta = added_up_to(last, careful, _kept_equations(work, model), _Kept(work, carried))
         set_row(work, GAIN, q)
         set_row(work, GAIN + 4, eta)
-        return _sizes(work, last)
+        return _kept_sizes(work, last)
 
     return add_orders
+
+
+class _Kept:
+    """Orders in memory. To read a row back that is a permutation of another takes less time than to permute that."""
+
+    def __init__(self, work: Any, carried: int):
+        self._work, self._carried, self._count = work, carried, 2
+
+    def __getitem__(self, k: int) -> Order:
+        order, at = _kept(self._work, k, self._carried), TERMS + k * STRIDE
+        order.right, order.left = (
+            [row(self._work, at + (place + 4 * i), 4) for i in range(len(rows))]
+            for place, rows in ((RIGHT, order.right), (LEFT, order.left))
+        )
+        return order
+
+    def append(self, order: Order) -> None:
+        order.keep(self._work, self._count)
+        self._count += 1
+
+
+def added_up_to(last: int, careful: int, equations: Equations, orders: Any) -> tuple[Row, Row]:
+    """Add orders 2 to ``last`` to orders 0 and 1, and return the sums of their terms; see ``first_orders``."""
+    oldest, newest, q, eta = orders[0], orders[1], np.zeros(4), np.zeros(4)
+    for k in range(1, last):
+        newest = equations.next(k, _products(orders, k, len(oldest.left)), newest, oldest, careful=k < careful)
+        orders.append(newest)
+        q, eta = q + newest.q, eta + newest.eta
+    return q, eta
+
+
+def gain(orders: Sequence[Order], last: int) -> tuple[Row, Row]:
+    """Sums of all terms up to order ``last``, the small ones first."""
+    q, eta = np.zeros(4), np.zeros(4)
+    for order in orders[2 : last + 1]:
+        q, eta = q + order.q, eta + order.eta
+    return orders[1].q + q, orders[1].eta + eta
+
+
+def sizes(orders: Sequence[Order], last: int) -> tuple[Any, Any]:
+    """Sizes of the pair of terms up to order ``last``, and of the pair before."""
+    d, c, b, a = (picked(magnitude(orders[k].q), magnitude(orders[k].eta), _BOTH) for k in range(last - 3, last + 1))
+    return sum_of(a + b), sum_of(c + d)
 
 
 def more_orders(carried: int) -> Callable[[Floats, Floats, int, int], tuple[float, float]]:
@@ -158,9 +285,11 @@ def more_orders(carried: int) -> Callable[[Floats, Floats, int, int], tuple[floa
     @straight_line
     def add_orders(work: Floats, model: Floats, first: int, last: int) -> tuple[float, float]:
         oldest, begin = _kept(work, 0, carried), _kept(work, first, carried)
+        equations = _kept_equations(work, model)
 
-        def add(k: Any, q: Row, eta: Row, *newest: Row) -> tuple[Row, ...]:
-            order = _next(work, model, k, _Order(newest[0], newest[1], newest[2:]), oldest, wide=True)
+        def add(k: Any, q: Row, eta: Row, *rows: Row) -> tuple[Row, ...]:
+            newest = Order(rows[0], rows[1], rows[2:])
+            order = equations.next(k, _kept_products(work, k, len(newest.left)), newest, oldest)
             order.keep(work, k + 1, wide=True)
             return q + order.q, eta + order.eta, order.q, order.eta, *order.carried
 
@@ -168,79 +297,39 @@ def more_orders(carried: int) -> Callable[[Floats, Floats, int, int], tuple[floa
         q, eta, *_ = repeated(first, last, start, add)
         set_row(work, GAIN, q)
         set_row(work, GAIN + 4, eta)
-        return _sizes(work, last)
+        return _kept_sizes(work, last)
 
     return add_orders
 
 
-def _sizes(work: Any, last: Any) -> tuple[Any, Any]:
-    """Sums of the absolute values of the last two terms, and of the two before."""
+def _kept_sizes(work: Any, last: Any) -> tuple[Any, Any]:
     d, c, b, a = (magnitude(row(work, TERMS + (last - i) * STRIDE + TERM, 8)) for i in (3, 2, 1, 0))
     return sum_of(a + b), sum_of(c + d)
 
 
-def _next(
-    work: Any, model: Any, k: Any, newest: _Order, oldest: _Order, careful: bool = False, wide: bool = False
-) -> _Order:
-    """Order k + 1, for k above 0."""
-    share, middle = 1.0 / (k + 1), _middle(work, k, len(newest.left), 8 if wide else 4)
-    by_w, by_yzx, by_zxy, yzx = newest.left[:4]
-    eta_old, zxy_old, yzx_old = oldest.right[:3]
-    turn = (middle[0] + by_w * eta_old) + (middle[1] + by_yzx * zxy_old)
-    q = ((share * _VECTOR) * newest.eta + (share * _TURN) * turn) - share * (middle[2] + by_zxy * yzx_old)
-    products = middle[3] + (yzx * zxy_old + newest.right[1] * yzx_old)
-    eta = _careful_rates(work, model, k, products, newest) if careful else _rates(work, model, share, products, newest)
-    return _Order(q, eta, [_turned(2.0 * share, i, middle, newest, oldest) for i in range(len(newest.carried))])
-
-
-def _rates(work: Any, model: Any, share: Any, products: Row, newest: _Order) -> Row:
-    gained = (share * row(model, GYRO, 4)) * products
-    for i, b in enumerate(newest.carried):
-        gained = gained + share * _arm_products(work, ARMS + 12 * i, b)
-    return gained
-
-
-def _careful_rates(work: Any, model: Any, k: int, products: Row, newest: _Order) -> Row:
-    """The same by division, with the rounding of a quotient that is another one each time."""
-    gained = row(model, DIFFERENCES, 4) * products
-    for i, b in enumerate(newest.carried):
-        gained = gained + work[SCALE] * _arm_products(model, ARM_ROWS + 12 * i, b)
-    return gained / row(model, MOMENT_ROW, 4) / float(k + 1)
-
-
-def _turned(share: Any, i: int, middle: Sequence[Row], newest: _Order, oldest: _Order) -> Row:
-    """``share`` times the coefficient of b_i × η."""
-    at = 4 + 2 * i
-    (zxy, yzx), (old_zxy, old_yzx) = newest.left[at : at + 2], oldest.left[at : at + 2]
-    gained = (middle[at + 1] + yzx * oldest.right[1]) + old_yzx * newest.right[1]
-    lost = (middle[at] + zxy * oldest.right[2]) + old_zxy * newest.right[2]
-    return share * (gained - lost)
-
-
-def _middle(work: Any, k: Any, count: int, lanes: int) -> list[Row]:
+def _products(orders: Any, k: int, count: int) -> list[Row]:
     """Coefficient k of so many products, without those with order 0; those with the newest order last."""
+    found: list[Row] = [np.zeros(4)] * count
+    for j in sorted(range(1, k), key=lambda j: max(j, k - j)):
+        left, right = orders[j].left, orders[k - j].right
+        found = [one + left[i] * right[i if i < 4 else 2 + i % 2] for i, one in enumerate(found)]
+    return found
 
-    def add(j: Any, *sums: Row) -> tuple[Row, ...]:
+
+def _kept_products(work: Any, k: Any, count: int) -> list[Row]:
+    """The same for k above 4, from memory, two rows at a time."""
+
+    def add(j: Any, *found: Row) -> tuple[Row, ...]:
         left, right = TERMS + j * STRIDE + LEFT, TERMS + (k - j) * STRIDE + RIGHT
-        places = (lanes * i for i in range(len(sums)))
+        places = (8 * i for i in range(len(found)))
         return tuple(
-            one + row(work, left + at, lanes) * row(work, right + (at if at < 16 else 8 + at % 8), lanes)
-            for one, at in zip(sums, places, strict=True)
+            one + row(work, left + at, 8) * row(work, right + min(at, 8), 8)
+            for one, at in zip(found, places, strict=True)
         )
 
-    sums = tuple(np.zeros(lanes) for _ in range(0, 4 * count, lanes))
-    if lanes == 4:
-        for j in sorted(range(1, k), key=lambda j: max(j, k - j)):
-            sums = add(j, *sums)
-        return list(sums)
-    sums = add(k - 1, *add(1, *repeated(2, k - 1, sums, add)))
-    return [half for one in sums for half in (one[[0, 1, 2, 3]], one[[4, 5, 6, 7]])]
-
-
-def _arm_products(numbers: Any, at: int, b: Row) -> Row:
-    """A b of a matrix that is kept as three diagonals from ``numbers[at]`` on."""
-    straight, once, twice = (row(numbers, at + 4 * n, 4) for n in range(3))
-    return (straight * b + once * b[YZX]) + twice * b[ZXY]
+    nothing = tuple(np.zeros(8) for _ in range(0, count, 2))
+    found = add(k - 1, *add(1, *repeated(2, k - 1, nothing, add)))
+    return [half for one in found for half in (one[[0, 1, 2, 3]], one[[4, 5, 6, 7]])]
 
 
 @straight_line
@@ -292,18 +381,25 @@ def set_impulse(work: Floats, model: Floats, order: int, f: float) -> None:
         return tuple(then * (one + work[at + n]) for n, one in enumerate(sums))
 
     turn = repeated(1, top, tuple(np.zeros(8) for _ in range(4)), add_term)
-    _set_impulse(work, model, turn, weights, second_weights)
+    _keep_impulse(work, _impulse(model, turn, weights, second_weights))
 
 
-def _set_impulse(work: Any, model: Any, turn: Sequence[Row], weights: Row, second_weights: Row) -> None:
-    """With Q = 1 + [s, v] and a = v × F, R F = F + 2 (a + s a + v × a)."""
+def _keep_impulse(work: Any, impulse: tuple[Row, Row]) -> None:
+    set_row(work, IMPULSE, impulse[0])
+    set_row(work, IMPULSE + 4, impulse[1])
+
+
+def _impulse(model: Any, turn: Sequence[Row], weights: Row, second_weights: Row) -> tuple[Row, Row]:
+    """∫ R F dθ and ∬ R F dθ². With Q = 1 + [s, v] and a = v × F, R F = F + 2 (a + s a + v × a)."""
     x, y, z, s = turn
     force = [model[FORCE + axis] for axis in range(3)]
     a = cross(x, y, z, *force)
     gains = [one + (s * one + two) for one, two in zip(a, cross(x, y, z, *a), strict=True)]
-    for at, share, by in ((IMPULSE, 1.0, weights), (IMPULSE + 4, 0.5, second_weights)):
-        for axis in range(3):
-            work[at + axis] = share * force[axis] + 2.0 * sum_of(by * gains[axis])
+    once, twice = (
+        [share * one + 2.0 * sum_of(by * gain) for one, gain in zip(force, gains, strict=True)]
+        for share, by in ((1.0, weights), (0.5, second_weights))
+    )
+    return row_of(*once, once[0]), row_of(*twice, twice[0])
 
 
 SHORT_ORDER = 6  # up to which terms count for the force while the first orders are enough
@@ -312,10 +408,15 @@ SHORT_ORDER = 6  # up to which terms count for the force while the first orders 
 @straight_line
 def set_short_impulse(work: Floats, model: Floats) -> None:
     """The same for a whole step of few orders, from four values."""
+    terms = [row(work, TERMS + k * STRIDE + TERM, 4) for k in range(1, SHORT_ORDER + 1)]
+    _keep_impulse(work, short_impulse(model, terms))
+
+
+def short_impulse(model: Any, terms: Sequence[Row]) -> tuple[Row, Row]:
+    """The same, from the terms of q of order 1 and up."""
     times, weights, second_weights = _FOUR_NODES
     sums, power = [np.zeros(4) for _ in range(4)], np.ones(4)
-    for k in range(1, SHORT_ORDER + 1):
+    for q in terms:
         power = power * times
-        for n in range(4):
-            sums[n] = sums[n] + power * work[TERMS + k * STRIDE + TERM + n]
-    _set_impulse(work, model, sums, weights, second_weights)
+        sums = [one + power * q[n] for n, one in enumerate(sums)]
+    return _impulse(model, sums, weights, second_weights)

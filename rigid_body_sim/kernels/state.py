@@ -25,7 +25,8 @@ from .model import (
     to_body,
 )
 from .row_vectors import xrotated_back
-from .straight_line import Row, magnitude, row, set_row, straight_line, sum_of
+from .straight_line import straight_line
+from .symbols import Row, magnitude, row, set_row, sum_of
 from .vectors import cross, qmultiply, qrotate, qrotate_back
 from .wrench import force_world, reduce_wrench, torque_principal
 
@@ -136,6 +137,18 @@ def read_motion(
     return px, py, pz, qw, qx, qy, qz, vx, vy, vz, sx, sy, sz, ux, uy, uz, wx, wy, wz
 
 
+MOTION_SIZE = 19  # numbers of read_motion
+
+
+@kernel
+def read_motions(states: Floats, model: Floats, motions: Floats) -> None:
+    """Put ``read_motion`` of each of many flat states, one after the other, into ``motions``."""
+    for i in range(len(states) // SIZE):
+        motion = read_motion(states[SIZE * i : SIZE * (i + 1)], model)
+        for j in range(MOTION_SIZE):
+            motions[MOTION_SIZE * i + j] = motion[j]
+
+
 @straight_line
 def add_compensated(state: Floats, i: int, d: float) -> None:
     """state[i] += d, keeping what round-off would drop in the low-order part: Knuth's TwoSum (TAOCP vol. 2, 4.2.2)."""
@@ -207,6 +220,13 @@ def is_finite(state: Floats, model: Floats) -> bool:
     if abs(state[P]) > most or abs(state[P + 1]) > most or abs(state[P + 2]) > most:
         return False
     return _rates_are_finite(state, model)
+
+
+def seems_finite(state: Any, model: Any) -> Any:
+    """Of eight bodies in lanes: for which ``is_finite`` is true at once."""
+    nothing, turn, momentum, angular_momentum = _sizes(state)
+    small = (momentum <= model[MOST_MOMENTUM]) & (angular_momentum <= model[SAFE_ANGULAR_MOMENTUM])
+    return (nothing <= 0.0) & (turn > 0.0) & small
 
 
 @straight_line

@@ -6,14 +6,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..runs.plot import AXES, BLACK
 from .heard import Heard
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-# Okabe and Ito's colours: told apart with any colour vision, and in grey.
-BLACK, ORANGE, BLUE, GREEN = "#000000", "#E69F00", "#0072B2", "#009E73"
-AXES = (("x", BLUE), ("y", ORANGE), ("z", GREEN))
 
 
 def draw(heard: Heard, target: ArrayLike, max_torque: float, title: str, path: str | os.PathLike[str]) -> None:

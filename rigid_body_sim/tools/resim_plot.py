@@ -7,7 +7,7 @@ import numpy as np
 
 from ..bags.comparison import Comparison, Tolerance
 from ..kernels.arrays import Floats
-from .demo_plot import BLACK, BLUE, ORANGE
+from ..runs.plot import BLACK, BLUE, ORANGE
 
 MOST_POINTS = 4000  # in a line; of more, the largest of each group of neighbours
 _FLOOR = 1e-18  # what is zero has no place on a logarithmic axis

@@ -79,6 +79,11 @@ def rotate(q: ArrayLike, v: ArrayLike) -> Floats:
     return np.array(qrotate(*normalize(q).tolist(), *as_vector(v, "vector")))
 
 
+def rotate_each(q: Floats, v: Floats) -> Floats:
+    """q v q̄ for unit quaternions (..., 4) and vectors (..., 3), shape (..., 3)."""
+    return np.stack(qrotate(*np.moveaxis(q, -1, 0), *np.moveaxis(v, -1, 0)), axis=-1)
+
+
 def rotate_back(q: ArrayLike, v: ArrayLike) -> Floats:
     """q⁻¹ v q, shape (3,): the inverse of ``rotate``."""
     return np.array(qrotate_back(*normalize(q).tolist(), *as_vector(v, "vector")))

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,6 +14,19 @@ from ..kernels.state import LOW, SIZE, L, P, Q, X
 from ..kernels.vectors import cross, qmultiply, qrotate
 from . import rotation
 from .wrench import three_finite
+
+
+class Motions(Protocol):
+    """Any number of states: what State has, as arrays of shape (..., 3) and (..., 4)."""
+
+    @property
+    def position(self) -> Floats: ...
+    @property
+    def orientation(self) -> Floats: ...
+    @property
+    def velocity(self) -> Floats: ...
+    @property
+    def angular_velocity(self) -> Floats: ...
 
 
 class State:

@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 
 from rigid_body_sim.kernels import compiled
-from rigid_body_sim.kernels.straight_line import (
+from rigid_body_sim.kernels.straight_line import straight_line
+from rigid_body_sim.kernels.symbols import (
     magnitude,
     picked,
     repeated,
     row,
     row_of,
     set_row,
-    straight_line,
     sum_of,
 )
 from rigid_body_sim.kernels.tuples import Vec

@@ -1,0 +1,51 @@
+"""Many steps in one call: commands that are known beforehand take effect on the way, and states are kept."""
+
+from ..kernels.arrays import Floats
+from ..kernels.compiled import Script, Steps, kernel
+from ..kernels.lock import giving_way_to_script
+from ..kernels.model import WRENCH
+from ..kernels.state import SIZE, copy
+
+COMMAND_SIZE = 13  # of a command: the step at which it takes effect, counted from the first, and Wrench.values
+
+
+def scripted(steps: Steps) -> Script:
+    """The kernel that does up to n steps of h [s] by ``steps``, and returns how many were done.
+
+    Each of the ``commands``, which are in order, is held from its step on. Every so many steps the state is ``kept``,
+    one after the other; ``since`` is the number of steps since the last that was.
+    """
+    advance = kernel(steps)
+
+    def script(
+        state: Floats,
+        model: Floats,
+        work: Floats,
+        h: float,
+        n: int,
+        commands: Floats,
+        kept: Floats,
+        since: int,
+        every: int,
+    ) -> int:
+        done = at = to = 0
+        while done < n:
+            while at < len(commands) and int(commands[at]) <= done:
+                for i in range(12):
+                    model[WRENCH + i] = commands[at + 1 + i]
+                at += COMMAND_SIZE
+            until = min(n, done + every - since)
+            if at < len(commands):
+                until = min(until, int(commands[at]))
+            taken = advance(state, model, work, h, until - done)
+            since += taken
+            done += taken
+            if since == every:
+                copy(state, 0, kept, to)
+                to += SIZE
+                since = 0
+            if done < until:
+                return done
+        return done
+
+    return giving_way_to_script(script)

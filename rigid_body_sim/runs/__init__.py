@@ -1,0 +1,1 @@
+"""Whole runs in one call: schedules of commands that go in, trajectories that come out."""

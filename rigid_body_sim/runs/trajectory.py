@@ -1,0 +1,148 @@
+"""The motion that a run has come to, as arrays."""
+
+import os
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..kernels import compiled
+from ..kernels import state as flat
+from ..kernels.arrays import Floats, Integers
+from ..terms import Terms
+from ..theory import invariants
+from ..values.wrench import Wrench
+from .schedule import WrenchSchedule
+
+COLUMNS = {  # of each array with several numbers in a row, for tables
+    "position": "xyz",
+    "orientation": "wxyz",
+    "velocity": "xyz",
+    "angular_velocity": "xyz",
+    "momentum": "xyz",
+    "angular_momentum": "xyz",
+}
+ENERGIES = ("kinetic_energy", "potential_energy")
+
+
+class Trajectory:
+    """States of a body, from the one at which a run began to its last.
+
+    All arrays have one row for each state, and are the same to the bit as what Simulation.state says at these steps.
+
+    Attributes
+    ----------
+    steps : array of int, shape (n,)
+        Steps of the simulation at which the states are, as Simulation.steps counts them.
+    commands : WrenchSchedule or None
+        What the run was given.
+    stopped : str
+        Why the run ended before its time: a sentence, empty where it did not.
+    """
+
+    def __init__(self, terms: Terms, rate: float, steps: Integers, states: Floats):
+        self._terms, self.rate, self.steps, self._states = terms, rate, steps, states
+        steps.flags.writeable = states.flags.writeable = False
+        self.commands: WrenchSchedule | None = None
+        self.stopped = ""
+
+    def __len__(self) -> int:
+        return len(self.steps)
+
+    @property
+    def time(self) -> Floats:
+        """Simulated time [s], shape (n,)."""
+        return self.steps / self.rate
+
+    @cached_property
+    def _motion(self) -> Floats:
+        model, motion = self._terms.model(Wrench()), np.empty((len(self), flat.MOTION_SIZE))
+        arguments = self._states.reshape(-1), model, motion.reshape(-1)
+        compiled.ready(flat.read_motions, *arguments)(*arguments)
+        return _kept(motion)
+
+    @property
+    def position(self) -> Floats:
+        """Position [m] of the body frame's origin, world axes, shape (n, 3)."""
+        return self._motion[:, 0:3]
+
+    @property
+    def orientation(self) -> Floats:
+        """Unit quaternion (w, x, y, z), body → world, shape (n, 4)."""
+        return self._motion[:, 3:7]
+
+    @property
+    def velocity(self) -> Floats:
+        """Velocity [m/s] of the body frame's origin, world axes, shape (n, 3)."""
+        return self._motion[:, 7:10]
+
+    @property
+    def angular_velocity(self) -> Floats:
+        """Angular velocity [rad/s], body axes, shape (n, 3)."""
+        return self._motion[:, 16:19]
+
+    @property
+    def momentum(self) -> Floats:
+        """Momentum P [kg m/s], world axes, shape (n, 3)."""
+        return self._states[:, flat.P : flat.P + 3]
+
+    @property
+    def angular_momentum(self) -> Floats:
+        """Angular momentum L [kg m²/s] about the centre of mass, world axes, shape (n, 3)."""
+        return self._states[:, flat.L : flat.L + 3]
+
+    @cached_property
+    def kinetic_energy(self) -> Floats:
+        """Kinetic energy [J], shape (n,)."""
+        return _kept(invariants.kinetic_energy(self._terms.body, self))
+
+    @cached_property
+    def potential_energy(self) -> Floats:
+        """Potential energy [J] in gravity, constant forces and tethers, shape (n,); see theory.invariants."""
+        return _kept(invariants.potential_energy(self._terms, self))
+
+    def to_pandas(self) -> Any:
+        """A DataFrame by time [s], with columns such as position.x and kinetic_energy. Needs pandas."""
+        import pandas
+
+        columns = {
+            f"{name}.{letter}": getattr(self, name)[:, i]
+            for name, letters in COLUMNS.items()
+            for i, letter in enumerate(letters)
+        }
+        columns |= {name: getattr(self, name) for name in ENERGIES}
+        return pandas.DataFrame(columns, index=pandas.Index(self.time, name="time"))
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write all arrays by their names into a file of numpy's, ``numpy.load`` reads them.
+
+        Raises ValueError for a name that does not end in .npz, and OSError where the file cannot be written.
+        """
+        path = Path(path)
+        if path.suffix != ".npz":
+            raise ValueError(f"{path} does not end in .npz, which is what a trajectory is saved as")
+        arrays = {name: getattr(self, name) for name in ("time", "steps", *COLUMNS, *ENERGIES)}
+        if self.commands is not None:
+            arrays |= {"command_steps": self.commands.steps, "command_values": self.commands.values}
+        np.savez(path, **arrays)
+
+    def plot(self) -> Any:
+        """A matplotlib Figure of position, attitude, angular velocity and energy over time. Needs matplotlib."""
+        from .plot import figure
+
+        return figure(self)
+
+    def __repr__(self) -> str:
+        shape = f"{len(self)} states from {self.time[0]:g} s to {self.time[-1]:g} s at {self.rate:g} Hz"
+        moved = np.ptp(self.position, axis=0).max()
+        spin = np.linalg.norm(self.angular_velocity, axis=1).max()
+        return (
+            f"Trajectory({shape}: within {moved:.3g} m, at most {spin:.3g} rad/s, kinetic energy "
+            f"{self.kinetic_energy[0]:.4g} to {self.kinetic_energy[-1]:.4g} J{', ' * bool(self.stopped)}{self.stopped})"
+        )
+
+
+def _kept(array: Floats) -> Floats:
+    array.flags.writeable = False
+    return array
