@@ -6,7 +6,9 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:  # what type checkers see of _HOMES; a test compares the two
     from .effects.drag import Drag as Drag
     from .effects.tether import Tether as Tether
+    from .ensemble import Ensemble as Ensemble
     from .runs.schedule import WrenchSchedule as WrenchSchedule
+    from .runs.trajectories import Trajectories as Trajectories
     from .runs.trajectory import Trajectory as Trajectory
     from .scene.loader import Scene as Scene
     from .scene.loader import load_scene as load_scene
@@ -17,6 +19,7 @@ if TYPE_CHECKING:  # what type checkers see of _HOMES; a test compares the two
     from .values.state import BodyState as BodyState
     from .values.state import State as State
     from .values.wrench import Wrench as Wrench
+    from .values.wrenches import Wrenches as Wrenches
 
 __version__ = "0.1.0"
 
@@ -24,15 +27,18 @@ _HOMES = {  # of each public name
     "Body": "values.body",
     "BodyState": "values.state",
     "Drag": "effects.drag",
+    "Ensemble": "ensemble",
     "Scene": "scene.loader",
     "Simulation": "simulation",
     "SimulationError": "simulation",
     "Snapshot": "snapshot",
     "State": "values.state",
     "Tether": "effects.tether",
+    "Trajectories": "runs.trajectories",
     "Trajectory": "runs.trajectory",
     "Wrench": "values.wrench",
     "WrenchSchedule": "runs.schedule",
+    "Wrenches": "values.wrenches",
     "load_scene": "scene.loader",
 }
 __all__ = [*_HOMES]

@@ -296,11 +296,11 @@ class Simulation:
         """
         n, every = running.counted(duration, steps, self.rate), running.positive("every", every)
         control_every = running.positive("control_every", control_every)
-        if commands is not None and controller is not None:
-            raise ValueError("run takes commands or a controller, not both; a controller can follow a schedule itself")
-        commands = running.NO_COMMANDS if commands is None else commands
+        commands = running.agreed(commands, controller)
         self._check_schedule(commands)
-        run = running.Run(self, running.Inside(self._state, self._takes, self._follow), n, every, commands)
+        made = partial(Trajectory, self.terms, self.rate)
+        inside = running.Inside(self._state, made, (Wrench,), self._takes, self._follow)
+        run = running.Run(self, inside, n, every, commands)
         try:
             run.go(controller, control_every, progress)
         except SimulationError as stopped:

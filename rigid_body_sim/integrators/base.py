@@ -32,6 +32,7 @@ SCRATCH = SIZE  # in ``work``: where what is an integrator's own begins
 # Steps, some tens of microseconds, for which other threads are kept waiting. Two threads that let each other run during
 # every single step, or every three, took up to 2.5 times as long as one that does the work of both.
 FEW = 100
+TINY = 0.001  # rad; a step of ``taylor`` that turns the body by less takes six orders, nearly always
 
 
 def step_by_step(step: Step, acting: Acting) -> Steps:
@@ -98,14 +99,15 @@ class Integrator:
 def steps_of(integrator: Integrator, acting: Acting) -> Steps:
     """The kernel ``steps(state, model, work, h, n)``: up to n steps of h [s] under loads, and how many were done."""
     # A step that chooses its sub-steps may take seconds.
-    return giving_way(_loop_of(integrator, acting), 0 if integrator.adaptive else FEW)
+    return giving_way(loop_of(integrator, acting), 0 if integrator.adaptive else FEW)
 
 
 @cache
 def script_of(integrator: Integrator, acting: Acting) -> Script:
     """The same for whole runs: see ``scripted``."""
-    return scripted(_loop_of(integrator, acting))
+    return scripted(loop_of(integrator, acting))
 
 
-def _loop_of(integrator: Integrator, acting: Acting) -> Steps:
+def loop_of(integrator: Integrator, acting: Acting) -> Steps:
+    """The same as part of another kernel, which gives up Python's lock itself."""
     return integrator.loop(integrator.step, acting if integrator.resisted else NOTHING_ACTS)

@@ -2,7 +2,7 @@
 
 from ..kernels.arrays import Floats
 from ..kernels.compiled import Script, Steps, kernel
-from ..kernels.lock import giving_way_to_script
+from ..kernels.lock import give_up_lock, take_back_lock
 from ..kernels.model import WRENCH
 from ..kernels.state import SIZE, copy
 
@@ -28,6 +28,7 @@ def scripted(steps: Steps) -> Script:
         since: int,
         every: int,
     ) -> int:
+        thread = give_up_lock()
         done = at = to = 0
         while done < n:
             while at < len(commands) and int(commands[at]) <= done:
@@ -45,7 +46,8 @@ def scripted(steps: Steps) -> Script:
                 to += SIZE
                 since = 0
             if done < until:
-                return done
+                break
+        take_back_lock(thread)
         return done
 
-    return giving_way_to_script(script)
+    return script

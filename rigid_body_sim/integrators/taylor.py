@@ -26,9 +26,9 @@ from ..kernels.series import HIGHEST_ORDER, NARROW
 from ..kernels.state import L, P, Q, X, add_compensated, add_row, align, body_momentum, is_thin, seems_finite
 from ..kernels.straight_line import in_lanes, straight_line
 from ..kernels.symbols import Row, chosen, picked, row
-from .base import SCRATCH, Integrator, Kind
+from .base import SCRATCH, TINY, Integrator, Kind
 
-TINY, SHORT = 0.001, 0.02  # rad; steps that turn the body by less take 6 and 8 orders, nearly always
+SHORT = 0.02  # rad; a step that turns the body by less takes eight orders, nearly always
 TRIAL_ANGLE = 0.8  # rad; a trial step turns the body by about this much at most
 MOST_SUBSTEPS = 100_000  # about 10⁵ rad in one step; more than that is refused rather than computed for minutes
 # A sub-step so many times shorter than what MOST_SUBSTEPS can get through is refused at once: under 1e150 N m they are
@@ -164,14 +164,19 @@ def _series(rows: Floats, model: Floats, trial: float, angle: float) -> tuple[in
     return _fill_three(rows, model, trial, angle)
 
 
+_set_tiny_impulse, _set_short_impulse = series.short_impulse(6), series.short_impulse(NARROW)
+
+
 @kernel
 def _translate(state: Floats, model: Floats, rows: Floats, order: int, f: float, h: float) -> None:
     """Advance P and x by h [s]: in closed form under the world-axes force, by quadrature under that in body axes."""
     if model[FORCE] == 0.0 and model[FORCE + 1] == 0.0 and model[FORCE + 2] == 0.0:
         _fall(state, model, h)
     else:
-        if order <= NARROW:
-            series.set_short_impulse(rows, model)
+        if order == 6:
+            _set_tiny_impulse(rows, model)
+        elif order == NARROW:
+            _set_short_impulse(rows, model)
         else:
             series.set_impulse(rows, model, order, f)
         _fall_and_push(state, model, rows, h)
@@ -266,10 +271,14 @@ def short_steps(kind: Kind, orders: int) -> Callable[[Floats, Floats, float], in
         equations = series.trial(model, h, kind.carried)
         found = list(equations.first_two((0.5 * h) * w, torque, vectors))
         series.added_up_to(orders, 2, equations, found)
-        d, eta, enough = _six_orders(found, angle) if orders == 6 else _six_or_eight_orders(found, angle)
+        six = _six_are_enough(found, angle)
+        d, eta = series.gain(found, 6)
+        enough = six
+        if orders == NARROW:
+            d, eta = (chosen(six, few, more) for few, more in zip((d, eta), series.gain(found, NARROW), strict=True))
+            enough = six | _eight_are_enough(found, angle)
         if kind.pushed:
-            terms = [order.q for order in found[1 : series.SHORT_ORDER + 1]]
-            _fall_pushed(state, model, h, *series.short_impulse(model, terms))
+            _fall_pushed(state, model, h, *_impulse(model, found, six))
         else:
             force = row(model, FORCE_WORLD, 4)
             _push(state, model, h, force, 0.5 * force)
@@ -284,20 +293,26 @@ def short_steps(kind: Kind, orders: int) -> Callable[[Floats, Floats, float], in
     return advance
 
 
-def _six_orders(orders: list[series.Order], angle: Any) -> tuple[Row, Row, Any]:
-    """What the terms of eight bodies add up to, and for which the step is one of six orders."""
+def _six_are_enough(orders: list[series.Order], angle: Any) -> Any:
+    """For which of eight bodies."""
     last, before = series.sizes(orders, 6)
-    enough = (angle < TINY) & (last * last <= TOLERANCE * orders[1].size * before)
-    return *series.gain(orders, 6), enough
+    return (angle < TINY) & (last * last <= TOLERANCE * orders[1].size * before)
 
 
-def _six_or_eight_orders(orders: list[series.Order], angle: Any) -> tuple[Row, Row, Any]:
-    """The same for six or eight orders, of each body as many as its step takes."""
-    q, eta, six = _six_orders(orders, angle)
+def _eight_are_enough(orders: list[series.Order], angle: Any) -> Any:
+    """For which of eight bodies."""
     last, before = series.sizes(orders, NARROW)
-    eight = (angle < SHORT) & (last * last <= TOLERANCE * orders[1].size * before)
-    more_q, more_eta = series.gain(orders, NARROW)
-    return chosen(six, q, more_q), chosen(six, eta, more_eta), six | eight
+    return (angle < SHORT) & (last * last <= TOLERANCE * orders[1].size * before)
+
+
+def _impulse(model: Any, orders: list[series.Order], six: Any) -> tuple[Row, Row]:
+    """∫ R F dθ and ∬ R F dθ² of eight bodies, of each from as many orders as its step takes."""
+    terms = [order.q for order in orders[1:]]
+    once, twice = series.few_orders_impulse(model, terms[:6])
+    if len(terms) == 6:
+        return once, twice
+    once_more, twice_more = series.few_orders_impulse(model, terms)
+    return chosen(six, once, once_more), chosen(six, twice, twice_more)
 
 
 INTEGRATOR = Integrator(

@@ -7,7 +7,7 @@ which takes longer than a few steps do.
 from typing import Any
 
 from .arrays import Floats
-from .compiled import ENABLED, Script, Steps, kernel
+from .compiled import ENABLED, Steps, kernel
 
 
 def giving_way(steps: Steps, few: int) -> Steps:
@@ -17,35 +17,10 @@ def giving_way(steps: Steps, few: int) -> Steps:
     inner = kernel(steps)
 
     def entry(state: Floats, model: Floats, work: Floats, h: float, n: int) -> int:
-        thread = _give_up() if n > few else 0
+        thread = give_up_lock() if n > few else 0
         done = inner(state, model, work, h, n)
         if n > few:
-            _take_back(thread)
-        return done
-
-    return entry
-
-
-def giving_way_to_script(script: Script) -> Script:
-    """The same kernel, which gives up Python's lock."""
-    if not ENABLED:
-        return script
-    inner = kernel(script)
-
-    def entry(
-        state: Floats,
-        model: Floats,
-        work: Floats,
-        h: float,
-        n: int,
-        commands: Floats,
-        kept: Floats,
-        since: int,
-        every: int,
-    ) -> int:
-        thread = _give_up()
-        done = inner(state, model, work, h, n, commands, kept, since, every)
-        _take_back(thread)
+            take_back_lock(thread)
         return done
 
     return entry
@@ -72,4 +47,13 @@ if ENABLED:
 
         return types.void(types.intp), generate
 
-    _give_up, _take_back = intrinsic(_saving), intrinsic(_restoring)
+    give_up_lock, take_back_lock = intrinsic(_saving), intrinsic(_restoring)
+
+else:
+
+    def give_up_lock() -> int:
+        """Let other threads run from here on; returns what ``take_back_lock`` needs."""
+        return 0
+
+    def take_back_lock(thread: int) -> None:
+        """Wait for the others."""

@@ -351,6 +351,13 @@ def gain_part(work: Floats, f: float) -> None:
 
 # Gauss' nodes between 0 and 1, and the weights with which values there make ∫ dθ and ∬ dθ². Written down, as what a
 # library computes differs in the last digit from one machine to another, and so would the bits of a run.
+_THREE_NODES = np.array(
+    [
+        (0.11270166537925831, 0.5, 0.8872983346207417),
+        (0.2777777777777778, 0.4444444444444444, 0.2777777777777778),
+        (0.2464717596168727, 0.2222222222222222, 0.031306018160905086),
+    ]
+)
 _FOUR_NODES = np.array(
     [
         (0.06943184420297371, 0.33000947820757187, 0.6699905217924281, 0.9305681557970263),
@@ -402,21 +409,22 @@ def _impulse(model: Any, turn: Sequence[Row], weights: Row, second_weights: Row)
     return row_of(*once, once[0]), row_of(*twice, twice[0])
 
 
-SHORT_ORDER = 6  # up to which terms count for the force while the first orders are enough
+def short_impulse(order: int) -> Callable[[Floats, Floats], None]:
+    """The kernel that does the same for a whole step that takes 6 or 8 orders, from fewer values."""
+
+    @straight_line
+    def set_short_impulse(work: Floats, model: Floats) -> None:
+        terms = [row(work, TERMS + k * STRIDE + TERM, 4) for k in range(1, order + 1)]
+        _keep_impulse(work, few_orders_impulse(model, terms))
+
+    return set_short_impulse
 
 
-@straight_line
-def set_short_impulse(work: Floats, model: Floats) -> None:
-    """The same for a whole step of few orders, from four values."""
-    terms = [row(work, TERMS + k * STRIDE + TERM, 4) for k in range(1, SHORT_ORDER + 1)]
-    _keep_impulse(work, short_impulse(model, terms))
-
-
-def short_impulse(model: Any, terms: Sequence[Row]) -> tuple[Row, Row]:
-    """The same, from the terms of q of order 1 and up."""
-    times, weights, second_weights = _FOUR_NODES
-    sums, power = [np.zeros(4) for _ in range(4)], np.ones(4)
-    for q in terms:
+def few_orders_impulse(model: Any, terms: Sequence[Row]) -> tuple[Row, Row]:
+    """The same, from the 6 or 8 terms of q of order 1 and up, of which the last two count for less than round-off."""
+    times, weights, second_weights = _THREE_NODES if len(terms) == 6 else _FOUR_NODES
+    sums, power = [np.zeros(len(times)) for _ in range(4)], np.ones(len(times))
+    for q in terms[:-2]:
         power = power * times
         sums = [one + power * q[n] for n, one in enumerate(sums)]
     return _impulse(model, sums, weights, second_weights)

@@ -9,10 +9,12 @@ integrator that knows Rᵀ L better than q says writes it back into them (``alig
 """
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 from .arrays import Floats
 from .compiled import kernel
+from .extended import xrotate_back, xunscale
 from .model import (
     CENTER_OF_MASS,
     FASTEST,
@@ -23,6 +25,7 @@ from .model import (
     SAFE_ANGULAR_MOMENTUM,
     rates_principal,
     to_body,
+    to_principal,
 )
 from .row_vectors import xrotated_back
 from .straight_line import straight_line
@@ -86,6 +89,40 @@ def align(state: Floats, x: float, xl: float, y: float, yl: float, z: float, zl:
 
 
 @kernel
+def write_state(values: Sequence[float] | Floats, model: Floats, state: Floats) -> None:
+    """The inverse of ``read_motion``: flat, from position, orientation, velocity and ω of the body frame (13 numbers).
+
+    Position, orientation (w, x, y, z) and velocity are in the world, ω in body axes.
+    """
+    px, py, pz, qw, qx, qy, qz = values[0], values[1], values[2], values[3], values[4], values[5], values[6]
+    wx, wy, wz, c, b, m = values[10], values[11], values[12], CENTER_OF_MASS, Q_BODY_PRINCIPAL, MOMENTS
+    cx, cy, cz, mass = model[c], model[c + 1], model[c + 2], model[MASS]
+    rx, ry, rz = qrotate(qw, qx, qy, qz, cx, cy, cz)
+    ux, uy, uz = cross(wx, wy, wz, cx, cy, cz)
+    ux, uy, uz = qrotate(qw, qx, qy, qz, ux, uy, uz)
+    state[X], state[X + 1], state[X + 2] = px + rx, py + ry, pz + rz
+    w, x, y, z = qmultiply(qw, qx, qy, qz, model[b], model[b + 1], model[b + 2], model[b + 3])
+    state[Q], state[Q + 1], state[Q + 2], state[Q + 3] = w, x, y, z
+    state[P], state[P + 1], state[P + 2] = mass * (values[7] + ux), mass * (values[8] + uy), mass * (values[9] + uz)
+    lx, ly, lz = to_principal(model, wx, wy, wz)
+    lx, ly, lz = model[m] * lx, model[m + 1] * ly, model[m + 2] * lz
+    # R l to the nearest floats and their low-order parts, with q of unit length but for round-off
+    qq, qql, ax, axl, ay, ayl, az, azl = xrotate_back(w, 0.0, -x, 0.0, -y, 0.0, -z, 0.0, lx, 0.0, ly, 0.0, lz, 0.0)
+    for i in range(LOW, SIZE):
+        state[i] = 0.0
+    state[L], state[LOW + L] = xunscale(ax, axl, qq, qql)
+    state[L + 1], state[LOW + L + 1] = xunscale(ay, ayl, qq, qql)
+    state[L + 2], state[LOW + L + 2] = xunscale(az, azl, qq, qql)
+
+
+@kernel
+def write_states(values: Floats, models: Floats, width: int, states: Floats) -> None:
+    """``write_state`` of many bodies, from 13 numbers each; from one model to the next it is ``width`` numbers."""
+    for i in range(len(states) // SIZE):
+        write_state(values[13 * i : 13 * (i + 1)], models[width * i :], states[SIZE * i : SIZE * (i + 1)])
+
+
+@kernel
 def read_pose(state: Floats, model: Floats) -> tuple[float, float, float, float, float, float, float]:
     """(x, y, z, qw, qx, qy, qz) of the body frame in the world; its origin is at o = x − R c, with c in body axes."""
     b = Q_BODY_PRINCIPAL
@@ -141,10 +178,13 @@ MOTION_SIZE = 19  # numbers of read_motion
 
 
 @kernel
-def read_motions(states: Floats, model: Floats, motions: Floats) -> None:
-    """Put ``read_motion`` of each of many flat states, one after the other, into ``motions``."""
+def read_motions(states: Floats, models: Floats, width: int, motions: Floats) -> None:
+    """Put ``read_motion`` of each of many flat states, one after the other, into ``motions``.
+
+    From one model to the next it is ``width`` numbers: 0 where all states are those of one body.
+    """
     for i in range(len(states) // SIZE):
-        motion = read_motion(states[SIZE * i : SIZE * (i + 1)], model)
+        motion = read_motion(states[SIZE * i : SIZE * (i + 1)], models[width * i :])
         for j in range(MOTION_SIZE):
             motions[MOTION_SIZE * i + j] = motion[j]
 

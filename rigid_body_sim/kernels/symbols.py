@@ -280,9 +280,12 @@ def picked(a: Row, b: Row, lanes: Sequence[int]) -> Row:
 
 def chosen(condition: Any, a: Row, b: Row) -> Row:
     """The row ``a`` for the bodies for which the condition is true, ``b`` for the others."""
-    builder = condition.builder
-    pairs = [(as_symbol(builder, one), as_symbol(builder, other)) for one, other in zip(a, b, strict=True)]
-    return Lanes([Each(builder, builder.select(condition.value, one.value, other.value)) for one, other in pairs])
+    builder, found = condition.builder, []
+    for pair in zip(a, b, strict=True):
+        one, other = (as_symbol(builder, number).real for number in pair)
+        one, other = (each if isinstance(each, Each) else each.repeated_in_lanes(BODIES) for each in (one, other))
+        found.append(Each(builder, builder.select(condition.value, one.value, other.value)))
+    return Lanes(found)
 
 
 def _lanes_in(value: Row) -> int:
@@ -296,8 +299,10 @@ def magnitude(value: Any) -> Any:
 
 
 def sum_of(numbers: Row) -> Any:
-    """Of the lanes: halves are added until one number is left."""
+    """Of the lanes: halves are added until one number is left; three are added in turn."""
     count = _lanes_in(numbers)
+    if count == 3:
+        return (numbers[0] + numbers[1]) + numbers[2]
     while count > 1:
         count //= 2
         numbers = numbers[list(range(count))] + numbers[list(range(count, 2 * count))]

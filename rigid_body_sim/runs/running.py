@@ -12,47 +12,42 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from ..kernels.arrays import Floats
-from ..kernels.state import SIZE
-from ..terms import Terms
+from ..kernels.arrays import Floats, Integers
 from ..values.state import BodyState
 from ..values.wrench import Wrench
 from .schedule import MOST_STEPS, WrenchSchedule
-from .trajectory import Trajectory
 
 Controller = Callable[[BodyState, float], Wrench | None]
 
 _LEAST, _MOST = 0.03, 0.1  # s between two moments at which Ctrl-C is heard
 _FIRST = 256  # steps up to the first of them
 _SHOWN_AFTER = 2.0  # s
-NO_COMMANDS = WrenchSchedule([])
 
 
 class Advancing(Protocol):
-    """What a run needs of a simulation."""
+    """What a run needs of a simulation, or of an ensemble."""
 
     steps: int
 
     @property
-    def terms(self) -> Terms: ...
-    @property
-    def rate(self) -> float: ...
-    @property
     def time(self) -> float: ...
     @property
-    def state(self) -> BodyState: ...
+    def state(self) -> Any: ...
     def step(self, n: int) -> None: ...
-    def set_wrench(self, wrench: Wrench) -> None: ...
+    def set_wrench(self, wrench: Any) -> None: ...
 
 
 class Inside(NamedTuple):
     """What a run has of the inside of a simulation.
 
-    ``takes()`` says of which ``Wrench.turns`` a command may be in the midst of ``follow``; it is empty where that
-    cannot be called. ``follow(n, commands, kept, since, every)`` is a script of integrators.script.
+    ``state`` are flat states, and ``made(steps, states)`` is what the run returns. ``takes()`` says of which
+    ``Wrench.turns`` a command may be in the midst of ``follow``; it is empty where that cannot be called.
+    ``follow(n, commands, kept, since, every)`` is a script of integrators.script.
     """
 
     state: Floats
+    made: Callable[[Integers, Floats], Any]
+    wrenches: tuple[type, ...]  # what ``set_wrench`` takes
     takes: Callable[[], tuple[bool, ...]]
     follow: Callable[[int, Floats, Floats, int, int], int]
 
@@ -74,7 +69,7 @@ class Run:
         self._first, self._next, self._rows = simulation.steps, 0, 0
         self._table: Floats = np.column_stack((commands.steps, commands.values)).astype(float)
         try:
-            self._kept = np.empty((n // every + 2, SIZE))
+            self._kept = np.empty((n // every + 2, len(inside.state)))
         except (MemoryError, ValueError):
             raise ValueError(
                 f"{n // every} states are more than memory holds; keep fewer, with a larger every"
@@ -83,17 +78,17 @@ class Run:
         self._keep()
 
     @property
-    def trajectory(self) -> Trajectory:
+    def trajectory(self) -> Any:
         """What was kept up to now, with the present state as the last."""
         rows, steps = self._rows, [*range(self._first, self._first + self._done + 1, self._every)]
         if self._done % self._every:
             self._kept[rows] = self._inside.state
             rows, steps = rows + 1, [*steps, self._simulation.steps]
-        found = Trajectory(self._simulation.terms, self._simulation.rate, np.array(steps), self._kept[:rows].copy())
+        found = self._inside.made(np.array(steps), self._kept[:rows].copy())
         found.commands, found.stopped = self._commands, self._stopped
         return found
 
-    def go(self, controller: Controller | None, control_every: int, progress: bool | None) -> None:
+    def go(self, controller: Callable[[Any, float], Any] | None, control_every: int, progress: bool | None) -> None:
         """Advance to the end, or to where Ctrl-C comes. Raises what the simulation raises."""
         bar = _Bar(self._n, progress)
         with _hearing_interrupts() as interrupted, closing(bar):
@@ -118,7 +113,7 @@ class Run:
         """The present step, in the place where commands have theirs."""
         return np.array([self._done, *(0.0,) * 12])
 
-    def _advance(self, until: int, controller: Controller | None, control_every: int) -> None:
+    def _advance(self, until: int, controller: Callable[[Any, float], Any] | None, control_every: int) -> None:
         if controller is None:
             self._forward(until)
         while (done := self._done) < until:
@@ -127,14 +122,11 @@ class Run:
             self._forward(min(until, done + control_every - done % control_every))
 
     def _control(self, controller: Any) -> None:
-        wrench = controller(self._simulation.state, self._simulation.time)
-        if wrench is None:
+        if (wrench := controller(self._simulation.state, self._simulation.time)) is None:
             return
-        if not isinstance(wrench, Wrench):
-            raise TypeError(
-                f"the controller gave {wrench!r} at {self._simulation.time:g} s; "
-                "give a Wrench, or None to go on as before"
-            )
+        if not isinstance(wrench, self._inside.wrenches):
+            given, wanted = f"{wrench!r} at {self._simulation.time:g} s", self._inside.wrenches[0].__name__
+            raise TypeError(f"the controller gave {given}; give a {wanted}, or None to go on as before")
         self._simulation.set_wrench(wrench)
 
     def _forward(self, until: int) -> None:
@@ -181,6 +173,18 @@ class Run:
     def _keep(self) -> None:
         self._kept[self._rows] = self._inside.state
         self._rows += 1
+
+
+def agreed(commands: WrenchSchedule | None, controller: Any) -> WrenchSchedule:
+    """The commands of a run. Raises ValueError where a controller is given, too."""
+    if commands is not None and controller is not None:
+        raise ValueError("run takes commands or a controller, not both; a controller can follow a schedule itself")
+    return WrenchSchedule([]) if commands is None else commands
+
+
+def cannot_follow(n: int, commands: Floats, kept: Floats, since: int, every: int) -> int:
+    """In place of a script, where ``takes`` is always empty."""
+    raise AssertionError
 
 
 def counted(duration: float | None, steps: int | None, rate: float) -> int:

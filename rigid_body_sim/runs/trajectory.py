@@ -1,7 +1,8 @@
 """The motion that a run has come to, as arrays."""
 
 import os
-from functools import cached_property
+from collections.abc import Callable
+from functools import cache, cached_property
 from pathlib import Path
 from typing import Any
 
@@ -26,7 +27,64 @@ COLUMNS = {  # of each array with several numbers in a row, for tables
 ENERGIES = ("kinetic_energy", "potential_energy")
 
 
-class Trajectory:
+@cache
+def _reader() -> Callable[[Floats, Floats, int, Floats], None]:
+    numbers = np.zeros(1)
+    return compiled.ready(flat.read_motions, numbers, numbers, 1, numbers)
+
+
+class States:
+    """Flat states as arrays with any leading axes, the same to the bit as what Simulation.state says of each."""
+
+    def __init__(self, states: Floats, models: Floats):
+        """Of bodies with one model each, the last axis but one of ``states``; or of one body, with its model (m,)."""
+        self._states, self._models = states, models
+        states.flags.writeable = False
+
+    @cached_property
+    def _motion(self) -> Floats:
+        states, models = self._states.reshape(-1), self._models.reshape(-1)
+        motion = np.empty((*self._states.shape[:-1], flat.MOTION_SIZE))
+        several = self._models.ndim == 2
+        count, width = (len(self._models), self._models.shape[1]) if several else (states.size // flat.SIZE, 0)
+        read, numbers = _reader(), motion.reshape(-1)
+        for first in range(0, states.size // flat.SIZE, max(count, 1)):
+            block, rows = (slice(first * size, (first + count) * size) for size in (flat.SIZE, flat.MOTION_SIZE))
+            read(states[block], models, width, numbers[rows])
+        return _kept(motion)
+
+    @property
+    def position(self) -> Floats:
+        """Position [m] of the body frame's origin, world axes, shape (..., 3)."""
+        return self._motion[..., 0:3]
+
+    @property
+    def orientation(self) -> Floats:
+        """Unit quaternion (w, x, y, z), body → world, shape (..., 4)."""
+        return self._motion[..., 3:7]
+
+    @property
+    def velocity(self) -> Floats:
+        """Velocity [m/s] of the body frame's origin, world axes, shape (..., 3)."""
+        return self._motion[..., 7:10]
+
+    @property
+    def angular_velocity(self) -> Floats:
+        """Angular velocity [rad/s], body axes, shape (..., 3)."""
+        return self._motion[..., 16:19]
+
+    @property
+    def momentum(self) -> Floats:
+        """Momentum P [kg m/s], world axes, shape (..., 3)."""
+        return self._states[..., flat.P : flat.P + 3]
+
+    @property
+    def angular_momentum(self) -> Floats:
+        """Angular momentum L [kg m²/s] about the centre of mass, world axes, shape (..., 3)."""
+        return self._states[..., flat.L : flat.L + 3]
+
+
+class Trajectory(States):
     """States of a body, from the one at which a run began to its last.
 
     All arrays have one row for each state, and are the same to the bit as what Simulation.state says at these steps.
@@ -42,8 +100,9 @@ class Trajectory:
     """
 
     def __init__(self, terms: Terms, rate: float, steps: Integers, states: Floats):
-        self._terms, self.rate, self.steps, self._states = terms, rate, steps, states
-        steps.flags.writeable = states.flags.writeable = False
+        super().__init__(states, terms.model(Wrench()))
+        self._terms, self.rate, self.steps = terms, rate, steps
+        steps.flags.writeable = False
         self.commands: WrenchSchedule | None = None
         self.stopped = ""
 
@@ -54,43 +113,6 @@ class Trajectory:
     def time(self) -> Floats:
         """Simulated time [s], shape (n,)."""
         return self.steps / self.rate
-
-    @cached_property
-    def _motion(self) -> Floats:
-        model, motion = self._terms.model(Wrench()), np.empty((len(self), flat.MOTION_SIZE))
-        arguments = self._states.reshape(-1), model, motion.reshape(-1)
-        compiled.ready(flat.read_motions, *arguments)(*arguments)
-        return _kept(motion)
-
-    @property
-    def position(self) -> Floats:
-        """Position [m] of the body frame's origin, world axes, shape (n, 3)."""
-        return self._motion[:, 0:3]
-
-    @property
-    def orientation(self) -> Floats:
-        """Unit quaternion (w, x, y, z), body → world, shape (n, 4)."""
-        return self._motion[:, 3:7]
-
-    @property
-    def velocity(self) -> Floats:
-        """Velocity [m/s] of the body frame's origin, world axes, shape (n, 3)."""
-        return self._motion[:, 7:10]
-
-    @property
-    def angular_velocity(self) -> Floats:
-        """Angular velocity [rad/s], body axes, shape (n, 3)."""
-        return self._motion[:, 16:19]
-
-    @property
-    def momentum(self) -> Floats:
-        """Momentum P [kg m/s], world axes, shape (n, 3)."""
-        return self._states[:, flat.P : flat.P + 3]
-
-    @property
-    def angular_momentum(self) -> Floats:
-        """Angular momentum L [kg m²/s] about the centre of mass, world axes, shape (n, 3)."""
-        return self._states[:, flat.L : flat.L + 3]
 
     @cached_property
     def kinetic_energy(self) -> Floats:

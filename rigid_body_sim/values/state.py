@@ -7,11 +7,9 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..kernels.arrays import Floats, Vector
-from ..kernels.extended import xrotate_back, xunscale
-from ..kernels.model import CENTER_OF_MASS, FASTEST, MASS, MOMENTS, Q_BODY_PRINCIPAL, to_principal
-from ..kernels.state import LOW, SIZE, L, P, Q, X
-from ..kernels.vectors import cross, qmultiply, qrotate
+from ..kernels.arrays import Floats, Vector, python_floats
+from ..kernels.model import FASTEST
+from ..kernels.state import LOW, SIZE, P, write_state
 from . import rotation
 from .wrench import three_finite
 
@@ -126,28 +124,13 @@ def is_slow_enough(motion: Sequence[float]) -> bool:
 def flatten(state: State, model: Floats) -> Floats:
     """The 26 numbers of a state for the body in ``model`` (see Terms.model). Raises ValueError on overflow."""
     flat = np.zeros(SIZE)
-    px, py, pz, qw, qx, qy, qz, vx, vy, vz, wx, wy, wz = state.values[:13].tolist()
-    cx, cy, cz = model[CENTER_OF_MASS : CENTER_OF_MASS + 3].tolist()
-    rx, ry, rz = qrotate(qw, qx, qy, qz, cx, cy, cz)
-    ux, uy, uz = qrotate(qw, qx, qy, qz, *cross(wx, wy, wz, cx, cy, cz))
-    flat[X : X + 3] = px + rx, py + ry, pz + rz
-    flat[Q : Q + 4] = qmultiply(qw, qx, qy, qz, *model[Q_BODY_PRINCIPAL : Q_BODY_PRINCIPAL + 4].tolist())
-    mass = float(model[MASS])
-    flat[P : P + 3] = mass * (vx + ux), mass * (vy + uy), mass * (vz + uz)
-    with np.errstate(over="ignore", invalid="ignore"):
-        l_principal = model[MOMENTS : MOMENTS + 3] * to_principal(model, wx, wy, wz)
-    flat[L : L + 3], flat[LOW + L : LOW + L + 3] = _turned_precisely(flat[Q : Q + 4].tolist(), l_principal.tolist())
+    write_state(state.values[:13].tolist(), python_floats(model), python_floats(flat))
     if not np.isfinite(flat).all():
-        raise ValueError(
-            f"{state!r} puts the centre of mass or a momentum beyond the range of floats; "
-            "give a smaller position, smaller velocities, mass or inertia"
-        )
+        raise ValueError(f"{state!r} {BEYOND}")
     return flat
 
 
-def _turned_precisely(q: list[float], v: list[float]) -> tuple[list[float], list[float]]:
-    """R v of a quaternion of unit length but for round-off: the nearest floats, and their low-order parts."""
-    (w, x, y, z), (a, b, c) = q, v
-    qq, qql, *turned = xrotate_back(w, 0.0, -x, 0.0, -y, 0.0, -z, 0.0, a, 0.0, b, 0.0, c, 0.0)
-    pairs = [xunscale(turned[i], turned[i + 1], qq, qql) for i in (0, 2, 4)]
-    return [high for high, _ in pairs], [low for _, low in pairs]
+BEYOND = (
+    "puts the centre of mass or a momentum beyond the range of floats; "
+    "give a smaller position, smaller velocities, mass or inertia"
+)

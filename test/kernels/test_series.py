@@ -112,21 +112,22 @@ def test_impulse_of_a_force_that_turns_with_the_body(f):
 
 
 @pytest.mark.no_numba
-def test_few_orders_are_enough_for_the_impulse_of_a_short_step():
+@pytest.mark.parametrize(("order", "h"), [(6, 0.00095), (8, 0.019)])  # 0.001 and 0.02 rad
+def test_few_orders_are_enough_for_the_impulse_of_a_short_step(order, h):
     model = Terms(BODY).model(WRENCHES[0])
     reduce_wrench(model)
     state, work = flatten(STATE, model), np.zeros(series.SIZE)
     series.set_rates(state, model, work)
     series.carry(0)(state, model, work)
-    series.begin(0)(work, model, 0.019)  # 0.02 rad
-    series.first_orders(0, series.NARROW, 2)(work, model)
-    series.set_short_impulse(work, model)
+    series.begin(0)(work, model, h)
+    series.first_orders(0, order, 2)(work, model)
+    series.short_impulse(order)(work, model)
     short = work[series.IMPULSE : series.IMPULSE + 7].copy()
-    series.set_impulse(work, model, 8, 1.0)
+    series.set_impulse(work, model, order, 1.0)
     assert_allclose(short, work[series.IMPULSE : series.IMPULSE + 7], rtol=0, atol=3e-16)  # measured 1.1e-16
 
 
-@pytest.mark.parametrize("nodes", [series._FOUR_NODES, series._EIGHT_NODES], ids=["four", "eight"])
+@pytest.mark.parametrize("nodes", [series._THREE_NODES, series._FOUR_NODES, series._EIGHT_NODES])
 def test_nodes_and_weights_are_those_of_gauss(nodes):
     times, weights, second_weights = nodes
     found, found_weights = np.polynomial.legendre.leggauss(len(times))

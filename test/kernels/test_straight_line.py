@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from rigid_body_sim.kernels import compiled
-from rigid_body_sim.kernels.straight_line import straight_line
+from rigid_body_sim.kernels.straight_line import in_lanes, straight_line
 from rigid_body_sim.kernels.symbols import (
+    chosen,
     magnitude,
     picked,
     repeated,
@@ -138,3 +139,36 @@ def test_products_and_sums_are_not_contracted():
         return sum_of(row(a, 0, 4) * row(a, 0, 4) - row(b, 0, 4))
 
     assert both(squared_less_one, np.full(4, x), np.ones(4))[0][0] == 4 * (x * x - 1.0) == 4 * 2.0**-29
+
+
+def one_body(a, b, h):
+    """Of one body: rows permuted, picked, combined with numbers and constants, a sum, a root; written in place."""
+    q, v = row(a, 0, 4), row(b, 1, 4)
+    mixed = np.array([1.0, -1.0, 0.5, 3.0]) * picked(q, v[[2, 0, 1, 3]], [0, 5, 2, 7]) - h * v / (2.0 + magnitude(q))
+    set_row(b, 2, row_of(sum_of(mixed), a[1], h * a[2], 1.0 - mixed[0]))
+    a[3] = -mixed[1]
+    return mixed
+
+
+@in_lanes
+def eight_bodies(a: np.ndarray, b: np.ndarray, h: float) -> int:
+    """The same, and a choice between rows by what is true of each body."""
+    mixed = one_body(a, b, h)
+    large = (mixed[0] > 0.0) & (mixed[1] <= 1.0) | (sum_of(mixed * mixed).root < 0.5)
+    set_row(a, 4, chosen(large, mixed, np.zeros(4)))
+    return large.bits
+
+
+def test_eight_bodies_at_once_have_the_bits_of_each():
+    a, b = RANDOM.normal(size=(8, 8)), RANDOM.normal(size=(6, 8))
+    blocks = a.reshape(-1).copy(), b.reshape(-1).copy()
+    bits = compiled.ready(called(eight_bodies, 3), *blocks, 0.25)(*blocks, 0.25)
+    truths = []
+    for body in range(8):
+        own_a, own_b = a[:, body].copy(), b[:, body].copy()
+        mixed = one_body(own_a, own_b, 0.25)
+        truths.append((mixed[0] > 0 and mixed[1] <= 1) or np.sqrt(sum_of(mixed * mixed)) < 0.5)
+        own_a[4:8] = mixed if truths[-1] else 0.0
+        assert own_a.tolist() == blocks[0].reshape(8, 8)[:, body].tolist()
+        assert own_b.tolist() == blocks[1].reshape(6, 8)[:, body].tolist()
+    assert [bool(bits >> body & 1) for body in range(8)] == truths and len(set(truths)) == 2

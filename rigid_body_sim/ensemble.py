@@ -1,0 +1,320 @@
+"""Many rigid bodies advanced in one call, each as a Simulation would advance it by itself. No ROS."""
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from functools import partial
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from . import integrators, many_bodies, sentences
+from .groups import Group, Groups
+from .integrators import Integrator, many
+from .kernels import compiled
+from .kernels.arrays import Floats, Integers, Vector, zeros_on_a_line
+from .kernels.model import WRENCH
+from .many_bodies import Bodies
+from .rate import Rate
+from .runs import running
+from .runs.schedule import WrenchSchedule
+from .runs.trajectories import Trajectories
+from .runs.trajectory import States
+from .scene.loader import Scene
+from .simulation import Simulation
+from .snapshot import Snapshot
+from .stepping import asked_for
+from .terms import DEFAULT_RTOL
+from .values.wrench import ZERO, Wrench
+from .values.wrenches import Wrenches
+
+Controller = Callable[[States, float], Wrenches | Wrench | None]
+
+_WORTH_A_THREAD = 4000  # steps of bodies in a call: what less takes is less than to wake threads
+_AT_REST = {"position": ZERO, "orientation": (1.0, 0.0, 0.0, 0.0), "velocity": ZERO, "angular_velocity": ZERO}
+_SHAPES = {name: ((len(one),),) for name, one in _AT_REST.items()}
+
+
+class Ensemble:
+    """n rigid bodies with a wrench each, and time as a count of steps that they share.
+
+    What becomes of a body does not depend on the others: its numbers are the same bits as those of a Simulation of it
+    alone. A body whose step cannot be done stops there, and the others go on; see ``stopped``.
+
+    Parameters
+    ----------
+    mass : array_like, shape (n,) or ()
+    inertia : array_like, shape (n, 3), (n, 6), (n, 3, 3), or without the leading axis
+    center_of_mass : array_like, shape (n, 3) or (3,)
+        As Body takes them, a row for each body, or one for all; an inertia of shape (3, 3) is one matrix for all.
+    n : int
+        Number of bodies, where no array has a row for each.
+    position, velocity, angular_velocity : array_like, shape (n, 3) or (3,)
+    orientation : array_like, shape (n, 4) or (4,)
+        Initial states, as State takes them.
+    rate, gravity, integrator, rtol, **effects
+        The same for all, as Simulation takes them.
+    threads : int
+        How many share the bodies in a call, among the cores of the machine.
+
+    Raises
+    ------
+    ValueError
+        Shapes that do not fit, and what Body, State and Simulation raise, with the number of the body.
+    """
+
+    def __init__(
+        self,
+        mass: ArrayLike,
+        inertia: ArrayLike,
+        center_of_mass: ArrayLike = ZERO,
+        *,
+        n: int | None = None,
+        position: ArrayLike = ZERO,
+        orientation: ArrayLike = (1.0, 0.0, 0.0, 0.0),
+        velocity: ArrayLike = ZERO,
+        angular_velocity: ArrayLike = ZERO,
+        rate: float = 1000.0,
+        gravity: Vector = ZERO,
+        integrator: str = integrators.AUTO,
+        rtol: float = DEFAULT_RTOL,
+        threads: int = 1,
+        **effects: Any,
+    ):
+        n = many_bodies.count(
+            n if n is None else running.positive("n", n),
+            mass=(mass, ((),)),
+            inertia=(inertia, ((3,), (6,), (3, 3))),
+            center_of_mass=(center_of_mass, ((3,),)),
+            position=(position, _SHAPES["position"]),
+            orientation=(orientation, _SHAPES["orientation"]),
+            velocity=(velocity, _SHAPES["velocity"]),
+            angular_velocity=(angular_velocity, _SHAPES["angular_velocity"]),
+        )
+        bodies = many_bodies.make(n, mass, inertia, center_of_mass, gravity=gravity, rtol=rtol, **effects)
+        states = many_bodies.flat_states(n, bodies.models, position, orientation, velocity, angular_velocity)
+        self._begin(bodies, states, rate, integrator, threads)
+
+    @classmethod
+    def from_scenes(cls, scenes: Sequence[Scene], threads: int = 1) -> "Ensemble":
+        """One body for each scene, at its initial state. Raises ValueError where rates or integrators differ."""
+        for name in ("rate", "integrator.name"):
+            if len({scene[name] for scene in scenes}) != 1:
+                raise ValueError(
+                    f"scenes of an ensemble have one {name} for all, not {sorted({s[name] for s in scenes})}"
+                )
+        made = cls.__new__(cls)
+        bodies = many_bodies.of_terms([scene.terms() for scene in scenes])
+        starts = np.array([scene.initial_state().values[:13] for scene in scenes])
+        states = many_bodies.flat_states(len(scenes), bodies.models, *np.split(starts, (3, 7, 10), axis=1))
+        made._begin(bodies, states, scenes[0]["rate"], scenes[0]["integrator.name"], threads)
+        return made
+
+    def _begin(self, bodies: Bodies, states: Floats, rate: float, integrator: str, threads: int) -> None:
+        self._bodies, self._states, self._initial = bodies, states, states.copy()
+        self._rate, self.threads = Rate(rate), running.positive("threads", threads)
+        self.steps = 0
+        self._groups = Groups(bodies, asked_for(integrator), self._rate.h)
+        self._groups.measure(states, np.arange(len(states)))
+        self.stopped: dict[int, str] = {}
+        self._origins, self._origin_steps = states.copy(), np.zeros(len(states), np.int64)
+        self._pool: ThreadPoolExecutor | None = None
+        self._scratch: dict[tuple[str, int], tuple[Floats, Floats]] = {}
+        numbers = np.zeros(1)
+        self._write = compiled.ready(many.write_wrenches, numbers, 1, np.zeros(1, np.int64), numbers)
+        self._write_wrenches(np.arange(len(states)), np.zeros((len(states), 12)))
+
+    def __len__(self) -> int:
+        return len(self._states)
+
+    @property
+    def rate(self) -> float:
+        """Steps a second of simulated time [Hz]."""
+        return self._rate.value
+
+    @property
+    def time(self) -> float:
+        """Simulated time [s]."""
+        return self.steps / self._rate.value
+
+    @property
+    def state(self) -> States:
+        """A copy of all states: position, orientation and so on, arrays with a row for each body."""
+        return States(self._states.copy(), self._bodies.models)
+
+    @property
+    def integrators(self) -> list[str]:
+        """Of each body, the name of the integrator that advances it now."""
+        return self._groups.names(self._wrenches)
+
+    @property
+    def _wrenches(self) -> Floats:
+        return self._bodies.models[:, WRENCH : WRENCH + 12]
+
+    def wrench(self, i: int) -> Wrench:
+        """The wrench that a body holds."""
+        f, t, g, u = self._wrenches[i].reshape(4, 3).tolist()
+        return Wrench(f, t, g, u)
+
+    def set_wrench(self, wrenches: Wrenches | Wrench) -> None:
+        """Hold a wrench for each body, or one for all, from now on.
+
+        Raises ValueError, and changes nothing, for another number of rows, forces at points, and a wrench that the
+        integrator cannot be given, with the number of the body.
+        """
+        wrenches = wrenches if isinstance(wrenches, Wrenches) else Wrenches.of(wrenches)
+        values = wrenches.for_bodies(len(self))
+        self._groups.check(values)
+        changed = np.flatnonzero((values != self._wrenches).any(1))
+        if len(changed):
+            self._write_wrenches(changed, values[changed])
+
+    def _write_wrenches(self, which: Integers, values: Floats) -> None:
+        models = self._bodies.models
+        self._write(models.reshape(-1), models.shape[1], which, np.ascontiguousarray(values).reshape(-1))
+        self._groups.find(self._wrenches)
+        self._mark_origins(which)
+
+    def _mark_origins(self, which: Integers) -> None:
+        """From here on, closed forms are evaluated from the present states of these bodies."""
+        marked = which[self._groups.in_closed_form[which]]
+        self._origins[marked], self._origin_steps[marked] = self._states[marked], self.steps
+
+    def step(self, n: int = 1) -> None:
+        """Advance all bodies that have not stopped by n steps. Raises ValueError for n below 0."""
+        n = running.positive("steps", n, least=0)
+        stopped = list(self.stopped)
+        for group in self._groups.all:
+            going = np.setdiff1d(group.which, stopped, assume_unique=True) if stopped else group.which
+            self._advance(group._replace(which=going), n)
+        self.steps += n
+
+    def _advance(self, group: Group, n: int) -> None:
+        which, integrator, kernel = group
+        counts: Integers = np.full(len(which), n)
+        if integrator.one_evaluation:
+            since = self.steps - self._origin_steps[which]
+            counts, self._states[which] = counts + since, self._origins[which]
+        self._call(integrator, kernel, which, counts)
+        if integrator.one_evaluation:
+            counts -= since
+        for k in np.flatnonzero(counts < n).tolist():
+            self._go_on(int(which[k]), int(counts[k]), n, integrator)
+
+    def _go_on(self, i: int, done: int, n: int, integrator: Integrator) -> None:
+        """A body has done only so many of n steps: as a stiff one it may do the rest, else it has stopped."""
+        if self._groups.turn_stiff(i):
+            self._groups.find(self._wrenches)
+            self._advance(self._groups.group_of(i)._replace(which=np.array([i])), n - done)
+            return
+        step = self.steps + done + 1
+        since = step - int(self._origin_steps[i]) if integrator.one_evaluation else None
+        how = sentences.How(self._bodies.terms[i], integrator, self._rate.h, since)
+        self.stopped[i] = sentences.why_stopped(step, self.simulation(i).state, self.wrench(i), how)
+
+    def _call(self, integrator: Integrator, kernel: many.Many, which: Integers, counts: Integers) -> None:
+        """Advance these bodies, with as many threads as there are; ``counts`` says how far each is to go, and came."""
+        share = max(1, -(-len(which) // (8 * self.threads))) * 8  # blocks of eight are not divided
+        states, models, width = self._states.reshape(-1), self._bodies.models.reshape(-1), self._bodies.models.shape[1]
+
+        def advance(first: int) -> None:
+            part, scratch = slice(first, first + share), self._scratch_of(integrator, first)
+            kernel(states, models, width, which[part], counts[part], *scratch, self._rate.h)
+
+        parts = range(0, len(which), share)
+        if len(parts) < 2 or counts.sum() < _WORTH_A_THREAD:
+            for first in parts:
+                advance(first)
+            return
+        if self._pool is None:
+            self._pool = ThreadPoolExecutor(self.threads)
+        list(self._pool.map(advance, parts))
+
+    def _scratch_of(self, integrator: Integrator, first: int) -> tuple[Floats, Floats]:
+        """Scratch space for the part of a call that begins there."""
+        if (key := (integrator.name, first)) not in self._scratch:
+            self._scratch[key] = zeros_on_a_line(integrator.work_size), zeros_on_a_line(many.BLOCK_SIZE)
+        return self._scratch[key]
+
+    def run(
+        self,
+        duration: float | None = None,
+        *,
+        steps: int | None = None,
+        every: int = 1,
+        commands: WrenchSchedule | None = None,
+        controller: Controller | None = None,
+        control_every: int = 1,
+        progress: bool | None = None,
+    ) -> Trajectories:
+        """Advance as Simulation.run does; the same commands are for all bodies.
+
+        ``controller(state, time)`` is given arrays with a row for each body (see ``state``), and returns Wrenches, or
+        None to go on. A body that stops is marked in ``stopped``, and in what is returned.
+        """
+        n, every = running.counted(duration, steps, self.rate), running.positive("every", every)
+        control_every = running.positive("control_every", control_every)
+        commands = running.agreed(commands, controller)
+        self._groups.check(commands.values)
+        made = partial(Trajectories, self._bodies.terms, self._bodies.models, self.rate, self.stopped)
+        inside = running.Inside(self._states.reshape(-1), made, (Wrenches, Wrench), tuple, running.cannot_follow)
+        run = running.Run(self, inside, n, every, commands)
+        run.go(controller, control_every, progress)
+        found: Trajectories = run.trajectory
+        return found
+
+    def reset(self, which: ArrayLike | None = None) -> None:
+        """These bodies, or all, go to their initial states and hold no wrench; all of them count steps from zero."""
+        bodies = self._indices(which)
+        self._states[bodies] = self._initial[bodies]
+        self._set_free(bodies)
+        if which is None:
+            self.steps = 0
+            self._origin_steps[:] = 0
+        self._write_wrenches(bodies, np.zeros((len(bodies), 12)))
+
+    def set_state(
+        self,
+        position: ArrayLike = ZERO,
+        orientation: ArrayLike = (1.0, 0.0, 0.0, 0.0),
+        velocity: ArrayLike = ZERO,
+        angular_velocity: ArrayLike = ZERO,
+        which: ArrayLike | None = None,
+    ) -> None:
+        """Go on from these states, a row for each of the bodies of ``which`` (indices), or one for all.
+
+        Time and wrenches stay; a body that had stopped goes on. Raises ValueError, and changes nothing, as the
+        constructor does.
+        """
+        bodies = self._indices(which)
+        given = {"position": position, "orientation": orientation, "velocity": velocity}
+        given["angular_velocity"] = angular_velocity
+        many_bodies.count(len(bodies), **{name: (array, _SHAPES[name]) for name, array in given.items()})
+        self._states[bodies] = many_bodies.flat_states(len(bodies), self._bodies.models[bodies], **given)
+        self._set_free(bodies)
+
+    def _indices(self, which: ArrayLike | None) -> Integers:
+        everyone = np.arange(len(self))
+        try:
+            return everyone if which is None else everyone[np.atleast_1d(which)]
+        except IndexError as reason:
+            raise ValueError(f"which={which!r}: {reason}; give indices of the {len(self)} bodies") from None
+
+    def _set_free(self, bodies: Integers) -> None:
+        """After their states were changed from outside."""
+        for i in bodies.tolist():
+            self.stopped.pop(i, None)
+        self._groups.measure(self._states, bodies)
+        self._groups.find(self._wrenches)
+        self._mark_origins(bodies)
+
+    def simulation(self, i: int) -> Simulation:
+        """A Simulation of one of the bodies, which goes on with the same bits. Raises IndexError for another index."""
+        terms, wrench, stiffness = self._bodies.terms[i], self.wrench(i), float(self._groups.stiffness[i])
+        name = integrators.AUTO if self._groups.asked is None else self._groups.asked.name
+        single = Simulation(terms.body, rate=self.rate, integrator=name, **terms.optional())
+        held = (("", wrench, None),) if any(wrench.values) else ()
+        origin = int(self._origin_steps[i]), tuple(self._origins[i].tolist())
+        state = tuple(self._states[i].tolist())
+        single.restore(Snapshot(self.steps, state, held, origin, None if np.isnan(stiffness) else stiffness))
+        return single

@@ -1,0 +1,172 @@
+"""Which kernel advances which of many bodies: those of one plan are one group."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import integrators
+from .integrators import Integrator, many
+from .integrators.base import Kind
+from .kernels import compiled
+from .kernels.arrays import Floats, Integers
+from .kernels.model import FORCE, MOMENTS, N_CARRIED, ONLY_WORLD_TORQUE
+from .kernels.motion import Acting
+from .kernels.state import SIZE, THIN
+from .kernels.stiffness import spectral_radius
+from .many_bodies import Bodies
+from .scene import plan
+from .stepping import request
+from .values.wrench import Wrench
+
+_TURNING = [0, 1, 2, 3, 4, 5, 9, 10, 11]  # of Wrench.values: all but the force in world axes
+
+_ALL = list(integrators.REGISTRY.values())
+_AT_ONCE = np.array([one.short_steps is not None and compiled.ENABLED for one in _ALL])
+_CLOSED = np.array([one.one_evaluation for one in _ALL])
+_KINDS = 32  # numbers that _kinds may give
+
+
+class Group(NamedTuple):
+    """Bodies that one kernel advances."""
+
+    which: Integers
+    integrator: Integrator
+    kernel: many.Many
+
+
+class Groups:
+    """The groups of bodies, for steps of h [s]; ``asked`` is None where the plan chooses.
+
+    Raises ValueError where the integrator asked for leaves out what a body has.
+    """
+
+    def __init__(self, bodies: Bodies, asked: Integrator | None, h: float):
+        self._models, self.asked, self._h = bodies.models, asked, h
+        distinct = {id(one): one for one in bodies.terms}
+        for one in distinct.values():
+            if asked is not None and (shortfall := integrators.shortfall(asked.name, one)):
+                raise ValueError(f"body {bodies.terms.index(one)}: {shortfall}")
+        self._acting = list(dict.fromkeys(one.kernels for one in distinct.values()))
+        number = {key: self._acting.index(one.kernels) for key, one in distinct.items()}
+        self._acts = np.array([number[id(one)] for one in bodies.terms])
+        self._loaded = np.array([bool(one.loads) for one in bodies.terms])
+        self._with_loads = np.flatnonzero(self._loaded).tolist()
+        self._turning = np.array([one.turning for one in bodies.terms])
+        moments = bodies.models[:, MOMENTS : MOMENTS + 3]
+        self._thin = moments.max(1) > THIN * moments.min(1)
+        self.stiffness = np.full(len(bodies.terms), math.nan)
+        self._kernels: dict[tuple[str, Acting, Kind | None], many.Many] = {}
+        self.all: list[Group] = []
+        self._code: Integers = np.zeros(0, np.int64)
+        self.in_closed_form: NDArray[np.bool_] = np.zeros(0, bool)
+
+    def measure(self, states: Floats, which: Integers) -> None:
+        """Find how stiff the motion of these bodies is, where that decides; see Stepping.prepare."""
+        if self.asked is None:
+            for i in which[self._loaded[which]].tolist():
+                acting = self._acting[self._acts[i]]
+                self.stiffness[i] = spectral_radius(acting, states[i], self._models[i]) * self._h
+
+    def turn_stiff(self, i: int) -> bool:
+        """Count the motion of a body as stiff, as it grew too fast for the explicit method; False if it was."""
+        if self.asked is not None or not self._loaded[i] or self.stiffness[i] > plan.STIFF:
+            return False
+        self.stiffness[i] = math.inf
+        return True
+
+    def check(self, values: Floats) -> None:
+        """Raise ValueError, with the number of the body, for a row that the integrator asked for cannot be given."""
+        if self.asked is None or not self.asked.torque_free_only:
+            return
+        for i in np.flatnonzero(values[:, _TURNING].any(1))[:1].tolist():
+            refusal = self.asked.refusal(Wrench(*values[i].reshape(4, 3).tolist()))
+            raise ValueError(f"body {i}: {refusal}")
+
+    def find(self, wrenches: Floats) -> None:
+        """Make the groups anew, where the wrenches (n, 12) in the models, or a stiffness, lead to others."""
+        integrator = self._choices(wrenches)
+        code: Integers = (integrator * len(self._acting) + self._acts) * _KINDS + np.where(
+            _AT_ONCE[integrator], self._kinds(), 0
+        )
+        if np.array_equal(code, self._code):
+            return
+        self._code, self.in_closed_form = code, _CLOSED[integrator]
+        self.all = [self._group(int(one), np.flatnonzero(code == one)) for one in np.unique(code)]
+
+    def _group(self, code: int, which: Integers) -> Group:
+        number, kind = divmod(code, _KINDS)
+        integrator, acting = divmod(number, len(self._acting))
+        one = _ALL[integrator]
+        return Group(which, one, self._kernel(one, self._acting[acting], _kind_of(kind)))
+
+    def group_of(self, i: int) -> Group:
+        """The group of a body."""
+        return next(group for group in self.all if i in group.which)
+
+    def names(self, wrenches: Floats) -> list[str]:
+        """Name of the integrator that is right for each body."""
+        return [_ALL[i].name for i in self._choices(wrenches).tolist()]
+
+    def _choices(self, wrenches: Floats) -> Integers:
+        """The same as places in the registry."""
+        if self.asked is not None:
+            return np.full(len(wrenches), _ALL.index(self.asked))
+        turned = self._turning.copy()
+        for i in _TURNING:
+            turned |= wrenches[:, i] != 0.0
+        found = np.where(turned, _place(True, None), _place(False, None))
+        for i in self._with_loads:
+            found[i] = _place(bool(turned[i]), float(self.stiffness[i]))
+        return found
+
+    def _kinds(self) -> Integers:
+        """Of each body a number that says its Kind, 0 where it cannot be one of eight at once."""
+        models = self._models
+        x, y, z = (models[:, FORCE + i] != 0.0 for i in range(3))
+        pushed = x | y | z
+        number = 1 + 4 * models[:, N_CARRIED] + 2 * pushed + (models[:, ONLY_WORLD_TORQUE] != 0.0)
+        return np.where(self._thin, 0, number).astype(np.int64)
+
+    def _kernel(self, integrator: Integrator, acting: Acting, kind: Kind | None) -> many.Many:
+        if (key := (integrator.name, acting, kind)) not in self._kernels:
+            self._kernels[key] = _ready(integrator, acting, kind)
+        return self._kernels[key]
+
+
+def _place(turned: bool, stiffness: float | None) -> int:
+    return _ALL.index(integrators.REGISTRY[plan.choose(turned, stiffness)])
+
+
+def _kind_of(number: int) -> Kind | None:
+    return None if number == 0 else Kind((number - 1) // 4, bool((number - 1) // 2 % 2), bool((number - 1) % 2))
+
+
+def _ready(integrator: Integrator, acting: Acting, kind: Kind | None) -> many.Many:
+    if not compiled.ENABLED:
+        return _in_python(integrator, acting)
+    made = many.one_by_one(integrator, acting) if kind is None else many.eight_at_once(integrator, acting, kind)
+    numbers, whole = np.zeros(1), np.zeros(1, np.int64)
+    return compiled.ready(made, numbers, numbers, 1, whole, whole, numbers, numbers, 1.0)
+
+
+def _in_python(integrator: Integrator, acting: Acting) -> many.Many:
+    """The same where numba is not: there a step that cannot be done raises, which ``ready_steps`` takes care of."""
+    steps = compiled.ready_steps(request(integrator, acting))
+
+    def advance(
+        states: Floats,
+        models: Floats,
+        width: int,
+        which: Integers,
+        counts: Integers,
+        work: Floats,
+        block: Floats,
+        h: float,
+    ) -> None:
+        rows = states.reshape(-1, SIZE)
+        for k, i in enumerate(which.tolist()):
+            counts[k] = steps(rows[i], models[width * i : width * (i + 1)], work, h, int(counts[k]))
+
+    return advance

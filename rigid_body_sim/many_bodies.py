@@ -1,0 +1,116 @@
+"""Bodies, their states and what moves them as rows of arrays: what an Ensemble is made from."""
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from .kernels import compiled
+from .kernels import state as flat
+from .kernels.arrays import Floats
+from .terms import Terms
+from .values import rotation
+from .values.body import Body
+from .values.state import BEYOND
+from .values.wrench import Wrench
+
+_INERTIAS = ((3,), (6,), (3, 3))  # shapes of one body's
+
+
+class Bodies(NamedTuple):
+    """Of each body its terms, many of which may be the same object, and its row of the models."""
+
+    terms: list[Terms]
+    models: Floats  # (n, m)
+
+
+def count(n: int | None, **given: tuple[ArrayLike | None, tuple[tuple[int, ...], ...]]) -> int:
+    """How many bodies arrays are of: (array, shapes that one body's may have). Raises ValueError where they differ."""
+    found = {"n": n} if n is not None else {}
+    for name, (array, shapes) in given.items():
+        shape = np.shape(array) if array is not None else shapes[0]
+        if shape not in shapes:
+            if shape[1:] not in shapes:
+                wanted = " or ".join(str(("n", *one)).replace("'", "") for one in shapes)
+                raise ValueError(f"{name} has shape {shape}; give {wanted}, a row for each body, or one row for all")
+            found[name] = shape[0]
+    if len(set(found.values())) > 1:
+        said = ", ".join(f"{name} {rows}" for name, rows in found.items())
+        raise ValueError(f"numbers of bodies differ: {said}; give one row for each body in all of them")
+    return next(iter(found.values()), 1)
+
+
+def rows(name: str, given: ArrayLike, n: int, shapes: Sequence[tuple[int, ...]]) -> Floats:
+    """One row for each of n bodies, shape (n, ...). Raises ValueError, with its row, for what is not finite."""
+    try:
+        array = np.array(given, float)
+    except (TypeError, ValueError):
+        raise ValueError(f"{name} holds what is no number, or rows of different lengths") from None
+    if array.shape in shapes:
+        array = np.broadcast_to(array, (n, *array.shape))
+    finite = np.isfinite(array.reshape(n, -1)).all(1)
+    if not finite.all():
+        row = int(np.argmin(finite))
+        raise ValueError(f"row {row} of {name}, {array[row].tolist()}, is not finite")
+    return array
+
+
+def make(n: int, mass: ArrayLike, inertia: ArrayLike, center_of_mass: ArrayLike, **others: Any) -> Bodies:
+    """n bodies, all under the same other terms. Raises ValueError, with its row, for a body that cannot be."""
+    masses, inertias = rows("mass", mass, n, [()]), rows("inertia", inertia, n, _INERTIAS)
+    centers = rows("center_of_mass", center_of_mass, n, [(3,)])
+    numbers = np.column_stack((masses, inertias.reshape(n, -1), centers))
+    _, first, kind = np.unique(numbers, axis=0, return_index=True, return_inverse=True)
+    made = []
+    for row in first.tolist():
+        try:
+            made.append(Terms(Body(float(masses[row]), inertias[row], centers[row]), **others))
+        except ValueError as reason:
+            raise ValueError(f"body {row}: {reason}") from None
+    return of_terms([made[i] for i in kind.reshape(-1).tolist()])
+
+
+def of_terms(terms: list[Terms]) -> Bodies:
+    """Bodies under these terms, each without a wrench."""
+    kept: dict[int, Floats] = {}
+    found = [kept.setdefault(id(one), one.model(Wrench())) if id(one) not in kept else kept[id(one)] for one in terms]
+    models = np.zeros((len(found), max(map(len, found))))
+    for row, model in zip(models, found, strict=True):
+        row[: len(model)] = model
+    return Bodies(terms, models)
+
+
+def flat_states(
+    n: int,
+    models: Floats,
+    position: ArrayLike,
+    orientation: ArrayLike,
+    velocity: ArrayLike,
+    angular_velocity: ArrayLike,
+) -> Floats:
+    """Flat states, shape (n, 26), of n bodies with these models, from what State takes.
+
+    Raises ValueError, with its row, for a state that cannot be.
+    """
+    x, v = rows("position", position, n, [(3,)]), rows("velocity", velocity, n, [(3,)])
+    q, w = rows("orientation", orientation, n, [(4,)]), rows("angular_velocity", angular_velocity, n, [(3,)])
+    values = np.hstack((x, _normalized(q), v, w))
+    states = np.zeros((n, flat.SIZE))
+    arguments = values.reshape(-1), models.reshape(-1), models.shape[1], states.reshape(-1)
+    compiled.ready(flat.write_states, *arguments)(*arguments)
+    finite = np.isfinite(states).all(1)
+    if not finite.all():
+        row = int(np.argmin(finite))
+        raise ValueError(f"row {row}: state {values[row].tolist()} {BEYOND}")
+    return states
+
+
+def _normalized(q: Floats) -> Floats:
+    found = np.empty_like(q)
+    for row, one in enumerate(q):
+        try:
+            found[row] = rotation.normalize(one)
+        except ValueError as reason:
+            raise ValueError(f"row {row} of orientation: {reason}") from None
+    return found
