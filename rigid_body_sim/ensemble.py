@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from . import integrators, many_bodies, sentences
 from .groups import Group, Groups
 from .integrators import Integrator, many
+from .integrators.script import COMMAND_SIZE
 from .kernels import compiled
 from .kernels.arrays import Floats, Integers, Vector, zeros_on_a_line
 from .kernels.model import WRENCH
@@ -21,7 +22,7 @@ from .runs.schedule import WrenchSchedule
 from .runs.trajectories import Trajectories
 from .runs.trajectory import States
 from .scene.loader import Scene
-from .simulation import Simulation
+from .simulation import Simulation, SimulationError
 from .snapshot import Snapshot
 from .stepping import asked_for
 from .terms import DEFAULT_RTOL
@@ -30,6 +31,18 @@ from .values.wrenches import Wrenches
 
 Controller = Callable[[States, float], Wrenches | Wrench | None]
 
+
+class Script(NamedTuple):
+    """What happens on the way: see integrators.many."""
+
+    commands: Floats
+    kept: Floats
+    stride: int
+    since: int
+    every: int
+
+
+_NO_SCRIPT = Script(np.zeros(0), np.zeros(0), 1, 0, 2**62)
 _WORTH_A_THREAD = 4000  # steps of bodies in a call: what less takes is less than to wake threads
 _AT_REST = {"position": ZERO, "orientation": (1.0, 0.0, 0.0, 0.0), "velocity": ZERO, "angular_velocity": ZERO}
 _SHAPES = {name: ((len(one),),) for name, one in _AT_REST.items()}
@@ -153,8 +166,7 @@ class Ensemble:
 
     def wrench(self, i: int) -> Wrench:
         """The wrench that a body holds."""
-        f, t, g, u = self._wrenches[i].reshape(4, 3).tolist()
-        return Wrench(f, t, g, u)
+        return _wrench(self._wrenches[i])
 
     def set_wrench(self, wrenches: Wrenches | Wrench) -> None:
         """Hold a wrench for each body, or one for all, from now on.
@@ -183,19 +195,20 @@ class Ensemble:
     def step(self, n: int = 1) -> None:
         """Advance all bodies that have not stopped by n steps. Raises ValueError for n below 0."""
         n = running.positive("steps", n, least=0)
-        stopped = list(self.stopped)
         for group in self._groups.all:
-            going = np.setdiff1d(group.which, stopped, assume_unique=True) if stopped else group.which
-            self._advance(group._replace(which=going), n)
+            self._advance(group._replace(which=self._going(group.which)), n)
         self.steps += n
 
+    def _going(self, which: Integers) -> Integers:
+        return np.setdiff1d(which, list(self.stopped), assume_unique=True) if self.stopped else which
+
     def _advance(self, group: Group, n: int) -> None:
-        which, integrator, kernel = group
+        which, integrator, _ = group
         counts: Integers = np.full(len(which), n)
         if integrator.one_evaluation:
             since = self.steps - self._origin_steps[which]
             counts, self._states[which] = counts + since, self._origins[which]
-        self._call(integrator, kernel, which, counts)
+        self._call(group, counts, _NO_SCRIPT)
         if integrator.one_evaluation:
             counts -= since
         for k in np.flatnonzero(counts < n).tolist():
@@ -212,14 +225,54 @@ class Ensemble:
         how = sentences.How(self._bodies.terms[i], integrator, self._rate.h, since)
         self.stopped[i] = sentences.why_stopped(step, self.simulation(i).state, self.wrench(i), how)
 
-    def _call(self, integrator: Integrator, kernel: many.Many, which: Integers, counts: Integers) -> None:
-        """Advance these bodies, with as many threads as there are; ``counts`` says how far each is to go, and came."""
+    def _takes(self) -> tuple[bool, ...]:
+        """Of which ``turns`` wrenches ``_follow`` may be given; empty where it cannot go on alone."""
+        if not compiled.ENABLED or self._groups.in_closed_form.any():
+            return ()
+        return (False, True) if self._groups.take_any else (True,)
+
+    def _follow(self, n: int, commands: Floats, kept: Floats, since: int, every: int) -> int:
+        """n steps of all bodies, under the same commands: see integrators.script."""
+        script = Script(commands, kept, self._states.size, since, every)
+        keeps = kept[: (since + n) // every * self._states.size].reshape(-1, *self._states.shape)
+        keeps[:, list(self.stopped)] = self._states[list(self.stopped)]
+        for group in self._groups.all:
+            which = self._going(group.which)
+            counts: Integers = np.full(len(which), n)
+            self._call(group._replace(which=which), counts, script)
+            for k in np.flatnonzero(counts < n).tolist():
+                self._finish(int(which[k]), int(counts[k]), n, script, keeps)
+        self.steps += n
+        return n
+
+    def _finish(self, i: int, done: int, n: int, script: Script, keeps: Floats) -> None:
+        """Do the rest of n steps of a body by itself, by whatever integrator can; else it has stopped."""
+        single, rows = self.simulation(i, ahead=done), script.commands.reshape(-1, COMMAND_SIZE)
+        coming = [(int(row[0]), _wrench(row[1:])) for row in rows if row[0] > done]
+        while done < n:
+            if coming and coming[0][0] == done:
+                single.set_wrench(coming.pop(0)[1])
+            passed = script.since + done
+            until = min(n, done + script.every - passed % script.every, coming[0][0] if coming else n)
+            try:
+                single.step(until - done if i not in self.stopped else 0)
+            except SimulationError as reason:
+                self.stopped[i] = str(reason)
+            done, state = until, single.save().state
+            if (script.since + done) % script.every == 0:
+                keeps[(script.since + done) // script.every - 1, i] = state
+        self._states[i] = single.save().state
+        self._groups.keep_stiffness(i, single.save().stiffness)
+
+    def _call(self, group: Group, counts: Integers, script: Script) -> None:
+        """Advance bodies, with as many threads as there are; ``counts`` says how far each is to go, and came."""
+        which, integrator, kernel = group
         share = max(1, -(-len(which) // (8 * self.threads))) * 8  # blocks of eight are not divided
         states, models, width = self._states.reshape(-1), self._bodies.models.reshape(-1), self._bodies.models.shape[1]
 
         def advance(first: int) -> None:
             part, scratch = slice(first, first + share), self._scratch_of(integrator, first)
-            kernel(states, models, width, which[part], counts[part], *scratch, self._rate.h)
+            kernel(states, models, width, which[part], counts[part], *scratch, self._rate.h, *script)
 
         parts = range(0, len(which), share)
         if len(parts) < 2 or counts.sum() < _WORTH_A_THREAD:
@@ -257,7 +310,7 @@ class Ensemble:
         commands = running.agreed(commands, controller)
         self._groups.check(commands.values)
         made = partial(Trajectories, self._bodies.terms, self._bodies.models, self.rate, self.stopped)
-        inside = running.Inside(self._states.reshape(-1), made, (Wrenches, Wrench), tuple, running.cannot_follow)
+        inside = running.Inside(self._states.reshape(-1), made, (Wrenches, Wrench), self._takes, self._follow)
         run = running.Run(self, inside, n, every, commands)
         run.go(controller, control_every, progress)
         found: Trajectories = run.trajectory
@@ -308,13 +361,21 @@ class Ensemble:
         self._groups.find(self._wrenches)
         self._mark_origins(bodies)
 
-    def simulation(self, i: int) -> Simulation:
-        """A Simulation of one of the bodies, which goes on with the same bits. Raises IndexError for another index."""
+    def simulation(self, i: int, *, ahead: int = 0) -> Simulation:
+        """A Simulation of one of the bodies, which goes on with the same bits; its count of steps is so far ``ahead``.
+
+        Raises IndexError for another index.
+        """
         terms, wrench, stiffness = self._bodies.terms[i], self.wrench(i), float(self._groups.stiffness[i])
         name = integrators.AUTO if self._groups.asked is None else self._groups.asked.name
         single = Simulation(terms.body, rate=self.rate, integrator=name, **terms.optional())
         held = (("", wrench, None),) if any(wrench.values) else ()
         origin = int(self._origin_steps[i]), tuple(self._origins[i].tolist())
         state = tuple(self._states[i].tolist())
-        single.restore(Snapshot(self.steps, state, held, origin, None if np.isnan(stiffness) else stiffness))
+        single.restore(Snapshot(self.steps + ahead, state, held, origin, None if np.isnan(stiffness) else stiffness))
         return single
+
+
+def _wrench(values: Floats) -> Wrench:
+    f, t, g, u = values.reshape(4, 3).tolist()
+    return Wrench(f, t, g, u)

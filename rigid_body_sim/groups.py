@@ -76,6 +76,17 @@ class Groups:
         self.stiffness[i] = math.inf
         return True
 
+    def keep_stiffness(self, i: int, stiffness: float | None) -> None:
+        """Take over what a Simulation of a body came to."""
+        self.stiffness[i] = math.nan if stiffness is None else stiffness
+
+    @property
+    def take_any(self) -> bool:
+        """Whether all go on by the same integrators under any wrench; see Stepping.takes_any."""
+        if self.asked is not None:
+            return not self.asked.torque_free_only
+        return bool((self._loaded | self._turning).all())
+
     def check(self, values: Floats) -> None:
         """Raise ValueError, with the number of the body, for a row that the integrator asked for cannot be given."""
         if self.asked is None or not self.asked.torque_free_only:
@@ -148,7 +159,7 @@ def _ready(integrator: Integrator, acting: Acting, kind: Kind | None) -> many.Ma
         return _in_python(integrator, acting)
     made = many.one_by_one(integrator, acting) if kind is None else many.eight_at_once(integrator, acting, kind)
     numbers, whole = np.zeros(1), np.zeros(1, np.int64)
-    return compiled.ready(made, numbers, numbers, 1, whole, whole, numbers, numbers, 1.0)
+    return compiled.ready(made, numbers, numbers, 1, whole, whole, numbers, numbers, 1.0, numbers, numbers, 1, 0, 1)
 
 
 def _in_python(integrator: Integrator, acting: Acting) -> many.Many:
@@ -164,6 +175,7 @@ def _in_python(integrator: Integrator, acting: Acting) -> many.Many:
         work: Floats,
         block: Floats,
         h: float,
+        *none: object,
     ) -> None:
         rows = states.reshape(-1, SIZE)
         for k, i in enumerate(which.tolist()):

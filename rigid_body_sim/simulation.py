@@ -17,6 +17,7 @@ from .kernels import state as flat
 from .kernels.acceleration import acceleration_reader
 from .kernels.arrays import Floats, Vector, python_floats
 from .kernels.model import FASTEST, WRENCH
+from .kernels.state import SIZE
 from .rate import Rate
 from .runs import running
 from .runs.schedule import WrenchSchedule
@@ -323,7 +324,7 @@ class Simulation:
 
     def _follow(self, n: int, commands: Floats, kept: Floats, since: int, every: int) -> int:
         script, work = self._stepping.script(self.integrator)
-        done = script(self._state, self._model, work, self._h, n, commands, kept, since, every)
+        done = script(self._state, self._model, work, self._h, n, commands, kept, SIZE, since, every)
         self.steps += done
         return done
 

@@ -40,7 +40,7 @@ def request(integrator: Integrator, acting: Acting) -> compiled.Request:
 
 def _script_request(integrator: Integrator, acting: Acting) -> compiled.Request:
     """The same for whole runs."""
-    return compiled.Request(script_of(integrator, acting), (*_examples(integrator), np.zeros(0), np.zeros(0), 0, 1))
+    return compiled.Request(script_of(integrator, acting), (*_examples(integrator), np.zeros(0), np.zeros(0), 1, 0, 1))
 
 
 def _examples(integrator: Integrator) -> tuple[Any, ...]:

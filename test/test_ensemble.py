@@ -3,7 +3,19 @@
 import numpy as np
 import pytest
 
-from rigid_body_sim import Body, Drag, Ensemble, Simulation, State, Tether, Wrench, Wrenches, WrenchSchedule, load_scene
+from rigid_body_sim import (
+    Body,
+    Drag,
+    Ensemble,
+    Simulation,
+    SimulationError,
+    State,
+    Tether,
+    Wrench,
+    Wrenches,
+    WrenchSchedule,
+    load_scene,
+)
 
 N = 37  # four whole blocks of eight, and five
 GRAVITY = (0.0, 0.0, -9.8)
@@ -103,6 +115,54 @@ def test_a_run_gives_arrays_with_a_row_for_each_body():
             assert np.array_equal(getattr(found, array)[:, i], getattr(single, array))
             assert np.array_equal(getattr(found[i], array), getattr(single, array))
     assert repr(found) == "Trajectories(10 bodies, 4 states from 0 s to 0.02 s at 1000 Hz)"
+
+
+def schedule(n):
+    """Rows of every kind: forces and torques that come and go, so that what a kernel for eight leaves out changes."""
+    random = np.random.default_rng(8)
+    rows = random_wrenches(random, 20)
+    return WrenchSchedule(np.sort(random.choice(n, 20, replace=False)), *rows)
+
+
+@pytest.mark.parametrize("name", [name for name in SCENES if name != "exact"])
+def test_runs_under_a_schedule_have_the_bits_of_each_body_alone(name):
+    given, commands = made(19), schedule(40)
+    ensemble = Ensemble(**given, rate=1000.0, gravity=GRAVITY, **SCENES[name])
+    found = ensemble.run(steps=40, every=3, commands=commands)
+    again = ensemble.run(steps=7)
+    for i in range(19):
+        single = alone(given, i, **SCENES[name])
+        whole = single.run(steps=40, every=3, commands=commands)
+        for array in (*STATES, "momentum", "angular_momentum"):
+            assert np.array_equal(getattr(found, array)[:, i], getattr(whole, array)), (i, array)
+        single.step(7)
+        assert np.array_equal(again.position[-1, i], single.state.position)
+        assert ensemble.simulation(i).save().state == single.save().state
+
+
+def test_a_body_that_stops_in_the_midst_of_a_run_leaves_the_others_alone():
+    """The same torque for all; one is so light that it spins up beyond what can be followed within the run."""
+    inertia = np.tile((0.1, 0.2, 0.25), (11, 1))
+    inertia[5] = 1e-15, 2e-15, 2.5e-15
+    commands = WrenchSchedule([0, 7, 12], torque_body=[(0, 0, 0.0), (0.1, 0, 0.02), (0, 0.1, 0)], force_body=(1, 0, 0))
+    ensemble = Ensemble(1.0, inertia, angular_velocity=(0.1, 0.2, 0.3), rate=100.0, drag=Drag(linear=(0.1, 0, 0)))
+    for found in (ensemble.run(steps=20, every=4, commands=commands), ensemble.run(steps=8, every=4)):
+        assert list(found.stopped_bodies) == [5] and "cannot be done" in found[5].stopped
+        for i in range(11):
+            single = Simulation(
+                *(Body(1.0, inertia[i]), State(angular_velocity=(0.1, 0.2, 0.3))),
+                rate=100.0,
+                drag=Drag(linear=(0.1, 0, 0)),
+            )
+            try:
+                whole = single.run(steps=20, every=4, commands=commands)
+                if found.steps[0] == 20:
+                    whole = single.run(steps=8, every=4)
+            except SimulationError as reason:
+                assert i == 5 and str(reason) == found.stopped_bodies[5]
+                assert np.array_equal(found.position[-1, i], single.state.position)
+            else:
+                assert np.array_equal(found.angular_velocity[:, i], whole.angular_velocity)
 
 
 def test_a_controller_has_all_bodies_at_once():

@@ -13,7 +13,7 @@ from ..kernels.motion import Acting
 from ..kernels.state import SIZE, copy, is_finite
 from ..kernels.wrench import reduce_wrench
 from ..values.wrench import Wrench
-from .script import scripted
+from .script import scripted, without_lock
 
 
 class Kind(NamedTuple):
@@ -105,7 +105,7 @@ def steps_of(integrator: Integrator, acting: Acting) -> Steps:
 @cache
 def script_of(integrator: Integrator, acting: Acting) -> Script:
     """The same for whole runs: see ``scripted``."""
-    return scripted(loop_of(integrator, acting))
+    return without_lock(scripted(loop_of(integrator, acting)))
 
 
 def loop_of(integrator: Integrator, acting: Acting) -> Steps:

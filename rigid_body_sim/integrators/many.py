@@ -14,11 +14,14 @@ from ..kernels.lock import give_up_lock, take_back_lock
 from ..kernels.model import (
     ARM_ROWS,
     CARRIED,
+    FORCE,
     GYRO,
     LEVERS,
     MASS,
     MOMENT_ROW,
     MOST_MOMENTUM,
+    N_CARRIED,
+    ONLY_WORLD_TORQUE,
     REDUCED,
     SAFE_ANGULAR_MOMENTUM,
     WRENCH,
@@ -29,12 +32,15 @@ from ..kernels.straight_line import straight_line
 from ..kernels.symbols import BODIES
 from ..kernels.wrench import reduce_wrench
 from .base import TINY, Integrator, Kind, loop_of
+from .script import COMMAND_SIZE, scripted
 
 BLOCK_SIZE = BODIES * (2 * SIZE + LEVERS)  # floats: states of eight, the same before a step, models
 
-# ``advance(states, models, width, which, counts, work, block, h)``: each body of ``which`` (indices) by as many steps
-# as its entry in ``counts`` says, which then says how many were done; ``width`` is the length of a row of the models.
-Many = Callable[[Floats, Floats, int, Integers, Integers, Floats, Floats, float], None]
+# ``advance(states, models, width, which, counts, work, block, h, commands, kept, stride, since, every)``: each body of
+# ``which`` (indices) by as many steps as its entry in ``counts`` says, which then says how many were done; ``width`` is
+# the length of a row of the models. The rest is as in script.scripted, the same for all; what is kept of body i begins
+# at ``kept[26 * i]``.
+Many = Callable[..., None]
 
 
 def write_wrenches(models: Floats, width: int, which: Integers, wrenches: Floats) -> None:
@@ -49,7 +55,7 @@ def write_wrenches(models: Floats, width: int, which: Integers, wrenches: Floats
 @cache
 def one_by_one(integrator: Integrator, acting: Acting) -> Many:
     """The kernel for bodies that an integrator advances under loads."""
-    steps = kernel(loop_of(integrator, acting))
+    script = kernel(scripted(loop_of(integrator, acting)))
 
     def advance(
         states: Floats,
@@ -60,12 +66,17 @@ def one_by_one(integrator: Integrator, acting: Acting) -> Many:
         work: Floats,
         block: Floats,
         h: float,
+        commands: Floats,
+        kept: Floats,
+        stride: int,
+        since: int,
+        every: int,
     ) -> None:
         thread = give_up_lock()
         for k in range(len(which)):
             i = which[k]
-            model = models[width * i : width * (i + 1)]
-            counts[k] = steps(states[SIZE * i : SIZE * (i + 1)], model, work, h, counts[k])
+            state, model, own = states[SIZE * i :], models[width * i :], kept[SIZE * i :]
+            counts[k] = script(state, model, work, h, counts[k], commands, own, stride, since, every)
         take_back_lock(thread)
 
     return advance
@@ -80,6 +91,19 @@ def eight_at_once(integrator: Integrator, acting: Acting, kind: Kind) -> Many:
     load_model = _loader(_slots(kind))
 
     @kernel
+    def load_models(block: Floats, models: Floats, width: int, which: Integers) -> int:
+        """Returns for which bodies the model is not of the kind, as bits."""
+        others = 0
+        for lane in range(len(which)):
+            at = width * which[lane]
+            load_model(block, lane, models, at)
+            pushed = models[at + FORCE] != 0.0 or models[at + FORCE + 1] != 0.0 or models[at + FORCE + 2] != 0.0
+            only = models[at + ONLY_WORLD_TORQUE] != 0.0
+            if pushed != kind.pushed or only != kind.only_world_torque or int(models[at + N_CARRIED]) != kind.carried:
+                others |= 1 << lane
+        return others
+
+    @kernel
     def advance_eight(
         states: Floats,
         models: Floats,
@@ -89,22 +113,37 @@ def eight_at_once(integrator: Integrator, acting: Acting, kind: Kind) -> Many:
         work: Floats,
         block: Floats,
         h: float,
+        commands: Floats,
+        kept: Floats,
+        stride: int,
+        since: int,
+        every: int,
     ) -> None:
         state, before = block[: BODIES * SIZE], block[BODIES * SIZE : 2 * BODIES * SIZE]
         model = block[2 * BODIES * SIZE :]
-        for lane in range(BODIES):
+        for lane in range(len(which)):
             _load_state(state, lane, states, SIZE * which[lane])
-            load_model(model, lane, models, width * which[lane])
-        going, few, n = (1 << BODIES) - 1, _are_slow(state, model, h), counts[0]
-        for step in range(n):
+        for lane in range(len(which), BODIES):  # the first one stands in for those that are missing
+            _load_state(state, lane, states, SIZE * which[0])
+            load_model(model, lane, models, width * which[0])
+        others = load_models(model, models, width, which)
+        going, few, at, to = (1 << len(which)) - 1, _are_slow(state, model, h), 0, 0
+        for step in range(counts[0]):
+            if at < len(commands) and int(commands[at]) <= step:
+                while at < len(commands) and int(commands[at]) <= step:
+                    at += COMMAND_SIZE
+                for lane in range(len(which)):
+                    _hold(models[width * which[lane] :], commands, at - COMMAND_SIZE)
+                others = load_models(model, models, width, which)
+                few = _are_slow(state, model, h)
             _copy(state, before)
             done = six(state, model, h) if few else eight(state, model, h)
-            if few and done & going != going:
+            if few and done & going & ~others != going & ~others:
                 few = False
                 _copy(before, state)
                 done = eight(state, model, h)
             for lane in range(BODIES):
-                if (going & ~done) >> lane & 1:
+                if (going & (others | ~done)) >> lane & 1:
                     i = which[lane]
                     own = states[SIZE * i : SIZE * (i + 1)]
                     _store_state(before, lane, own, 0)
@@ -113,8 +152,13 @@ def eight_at_once(integrator: Integrator, acting: Acting, kind: Kind) -> Many:
                     else:
                         going &= ~(1 << lane)
                         counts[lane] = step
-            if going == 0:
-                break
+            since += 1
+            if since == every:
+                for lane in range(BODIES):
+                    if going >> lane & 1:
+                        _store_state(state, lane, kept, to + SIZE * which[lane])
+                to += stride
+                since = 0
         for lane in range(BODIES):
             if going >> lane & 1:
                 _store_state(state, lane, states, SIZE * which[lane])
@@ -128,18 +172,26 @@ def eight_at_once(integrator: Integrator, acting: Acting, kind: Kind) -> Many:
         work: Floats,
         block: Floats,
         h: float,
+        commands: Floats,
+        kept: Floats,
+        stride: int,
+        since: int,
+        every: int,
     ) -> None:
         thread = give_up_lock()
-        whole = len(which) - len(which) % BODIES
-        for k in range(0, whole, BODIES):
-            advance_eight(states, models, width, which[k : k + BODIES], counts[k : k + BODIES], work, block, h)
-        for k in range(whole, len(which)):
-            i = which[k]
-            model = models[width * i : width * (i + 1)]
-            counts[k] = steps(states[SIZE * i : SIZE * (i + 1)], model, work, h, counts[k])
+        for k in range(0, len(which), BODIES):
+            some, their = which[k : k + BODIES], counts[k : k + BODIES]
+            advance_eight(states, models, width, some, their, work, block, h, commands, kept, stride, since, every)
         take_back_lock(thread)
 
     return advance
+
+
+@kernel
+def _hold(model: Floats, commands: Floats, at: int) -> None:
+    for i in range(12):
+        model[WRENCH + i] = commands[at + 1 + i]
+    reduce_wrench(model)
 
 
 def _slots(kind: Kind) -> list[int]:

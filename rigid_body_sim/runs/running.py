@@ -182,11 +182,6 @@ def agreed(commands: WrenchSchedule | None, controller: Any) -> WrenchSchedule:
     return WrenchSchedule([]) if commands is None else commands
 
 
-def cannot_follow(n: int, commands: Floats, kept: Floats, since: int, every: int) -> int:
-    """In place of a script, where ``takes`` is always empty."""
-    raise AssertionError
-
-
 def counted(duration: float | None, steps: int | None, rate: float) -> int:
     """How many steps are asked for. Raises ValueError for a duration that is not a whole number of them."""
     if (duration is None) == (steps is None):
