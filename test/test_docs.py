@@ -12,7 +12,8 @@ import rigid_body_sim
 from bench import doc_tables
 from rigid_body_sim import Scene, __version__, load_scene
 
-from .bags import making, runs
+from .bags import making
+from .resim import runs
 
 ROOT = Path(__file__).parents[1]
 PAGES = sorted([*ROOT.glob("*.md"), *ROOT.glob("docs/*.md")])

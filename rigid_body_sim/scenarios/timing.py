@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from ..bags.reading import Messages
+from ..bags.rosbags_support import BagError
 from ..kernels.arrays import Integers
-from .reading import Messages
-from .rosbags_support import BagError
 
 NANOSECONDS = 1_000_000_000
 MOST_LATE_NS = NANOSECONDS  # what is further behind is no message that took longer, but time that was set back

@@ -12,13 +12,14 @@ from typing import Any
 import numpy as np
 
 from .. import commands
+from ..bags.rosbags_support import BagError
 from ..held import steps_held
 from ..kernels.arrays import Floats, Integers
+from ..scenarios import timing
+from ..scenarios.scenario import Commands, Scenario
 from ..scene.loader import Scene
 from ..simulation import Simulation
-from . import journal, timing
-from .rosbags_support import BagError
-from .scenario import Commands, Scenario
+from . import journaled
 
 _AT_ONCE = 4096  # commands or messages between two reports of progress
 _LAST = 10  # poses that tell whether commands before them are missing: a recorder that is late mixes up a few
@@ -74,7 +75,7 @@ def _little_collecting() -> Iterator[None]:
 def _replay(scenario: Scenario, simulation: Simulation, progress: Progress) -> Track:
     motion = np.empty((len(scenario.stamp_ns), 19))
     messages = list(zip(scenario.receive_ns.tolist(), scenario.stamp_ns.tolist(), strict=True))
-    for i, then in enumerate(journal.replay(scenario.journal, simulation, messages)):
+    for i, then in enumerate(journaled.replay(scenario.journal, simulation, messages)):
         motion[i] = then.motion
         if i % _AT_ONCE == 0:
             progress(then.time)
