@@ -34,7 +34,7 @@ ALLOWED = {  # a part, and the other parts of the package that it may import
     "first_start": CORE,
     "commands": {"values", "scene"},
     "bags": {"kernels", "values", "messages", "scene"},
-    "scenarios": {"kernels", "values", "scene", "bags"},
+    "scenarios": {"kernels", "values", "scene", "held", "commands", "bags"},
     "resim": {*CORE, "commands", "bags", "scenarios"},
     "ros": {*CORE, "first_start", "commands", "messages", "bags", "resim", "command_line"},
     "report": {*CORE, "command_line"},

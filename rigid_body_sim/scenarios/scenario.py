@@ -78,6 +78,10 @@ class Scenario:
     journal: tuple[journals.Entry, ...] = ()
     notes: tuple[str, ...] = ()
 
+    def last_step(self, rate: float) -> int:
+        """The step of the last pose, at a rate [Hz]."""
+        return int(timing.nearest_steps(self.stamp_ns.max(keepdims=True) - self.epoch_ns, rate)[0])
+
 
 # What to simulate -----------------------------------------------------------------------------------------------------
 

@@ -14,9 +14,10 @@ from ..bags.rosbags_support import HOW_TO_INSTALL, BagError
 from ..command_line import INTERRUPTED, Parser
 from ..resim import resimulating
 from ..resim.comparison import Comparison, Tolerance
-from ..resim.resimulating import Progress, Track
+from ..resim.resimulating import Track
 from ..scenarios import scenario as scenarios
 from ..scenarios import timing
+from ..scenarios.command_feed import Progress
 from ..scenarios.scenario import Choices, Scenario
 from ..scenarios.topics import A_POSE, there
 from ..scene.loader import DEFAULT_NODE, Scene, load_scene
