@@ -69,7 +69,8 @@ def user_folder(tmp_path, monkeypatch):
     """Where a reader tries what is printed: the scenes are there, and a bag that the node recorded."""
     (tmp_path / "config").symlink_to(ROOT / "config")
     scene = Scene(runs.SCENE)
-    making.make(tmp_path / "run1", runs.with_journal(scene, runs.sends(scene, 0.5), 0.5))
+    sends = runs.sends(scene, 0.5, frames=("base_link", "world", ""))
+    making.make(tmp_path / "run1", runs.with_journal(scene, sends, 0.5))
     monkeypatch.chdir(tmp_path)
 
 

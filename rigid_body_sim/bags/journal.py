@@ -116,6 +116,14 @@ def _integer(values: Values, name: str) -> int:
     return value
 
 
+def hole(entry: Entry) -> BagError:
+    """What is said of a LOST entry by whoever cannot do without what is lost."""
+    return BagError(
+        f"the journal has a hole after step {entry.step}, where the recorder's buffer was full; the run can be "
+        "repeated up to there"
+    )
+
+
 @dataclass(frozen=True)
 class Beginning:
     """The first entry: the scene (with the mass and inertia in use, no files needed), and what ran it.

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ..bags.journal import LOST, STATE, Entry, Values
+from ..bags.journal import LOST, STATE, Entry, Values, hole
 from ..bags.rosbags_support import BagError
 from ..effects import REGISTRY
 from ..rate import NANOSECONDS
@@ -99,10 +99,7 @@ def replay(
 
 def _repeat(entry: Entry, simulation: Simulation) -> None:
     if entry.call == LOST:
-        raise BagError(
-            f"the journal has a hole after step {entry.step}, where the recorder's buffer was full; the run can be "
-            "repeated up to there"
-        )
+        raise hole(entry)
     _go_to(simulation, entry.step, f"{entry.call} at step {entry.step}")
     try:
         _CALLS[entry.call](simulation, **entry.values)

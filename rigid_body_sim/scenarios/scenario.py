@@ -30,12 +30,17 @@ SCENE, BAG = "scene", "bag"  # where the initial state comes from
 
 @dataclass(frozen=True)
 class Choices:
-    """What a user may choose; None is decided by what is in the bag."""
+    """What a user may choose; None is decided by what is in the bag. Raises ValueError for what cannot be chosen."""
 
     topics: tuple[str, ...] = ()
     pose: str | None = None
     times: str | None = None  # timing.HEADER or RECEIVE
     start: str | None = None  # SCENE or BAG
+
+    def __post_init__(self) -> None:
+        for name, known in (("times", (timing.HEADER, timing.RECEIVE)), ("start", (SCENE, BAG))):
+            if (chosen := getattr(self, name)) not in (None, *known):
+                raise ValueError(f"{name}={chosen!r} is not known; give {known[0]!r}, {known[1]!r} or None")
 
 
 BY_WHAT_IS_THERE = Choices()
@@ -80,7 +85,7 @@ class Scenario:
 
     def last_step(self, rate: float) -> int:
         """The step of the last pose, at a rate [Hz]."""
-        return int(timing.nearest_steps(self.stamp_ns.max(keepdims=True) - self.epoch_ns, rate)[0])
+        return round((int(self.stamp_ns.max()) - self.epoch_ns) * (rate / NANOSECONDS))
 
 
 # What to simulate -----------------------------------------------------------------------------------------------------
