@@ -147,8 +147,11 @@ def seconds(time_ns: int) -> str:
 
 
 def steps_at(times_ns: Integers, rate: float) -> Integers:
-    """The last step whose time is not after each of ``times_ns`` [ns since step 0]: floor, steps stamped as rounded."""
-    return np.floor((times_ns + 0.5) * (rate / NANOSECONDS) * (1.0 + 1e-15)).astype(np.int64)
+    """The last step whose time is not after each of ``times_ns`` [ns since step 0]: floor, but for round-off.
+
+    A stamp and that of step 0, in a bag that begins late, may each be half a nanosecond from the time of its step.
+    """
+    return np.floor((times_ns + 1.0) * (rate / NANOSECONDS) * (1.0 + 1e-15)).astype(np.int64)
 
 
 def nearest_steps(times_ns: Integers, rate: float) -> Integers:
