@@ -98,16 +98,24 @@ class WrenchSchedule:
         path : path
             A folder or a lone file of rosbag2.
         scene : Scene or path, optional
-            A Scene or a parameter file; else that in the bag's journal, or without one the node's defaults.
-        topics, pose, times, start, recover
-            As the options of rigid_body_resim: topics with the commands, topic of the poses, ``"header"`` or
-            ``"receive"``, ``"scene"`` or ``"bag"``, and whether of a bag that is not whole what is there is taken.
+            A Scene or a parameter file; else what the bag's journal has, or without one the node's defaults.
+        topics : str or sequence of str
+            With the commands, the first leads in lockstep; else those of ``wrench.topics``, or the only one.
+        pose : str, optional
+            The topic with the poses; else ``pose``, ``odom`` or the only one.
+        times : "header" or "receive", optional
+            When commands took effect; else as the bag tells.
+        start : "scene" or "bag", optional
+            Where the run begins; else at the scene's initial state where the first pose is that.
+        recover : bool
+            Of a bag that is not whole, take what is.
 
         Raises
         ------
-        BagError (``rigid_body_sim.bags.rosbags_support``)
-            A bag that cannot be read or simulated again, or has what no schedule holds: a force at a point (a command
-            in a frame with ``axes: world``), or in a journal an impulse, a reset, a state or parameters that were set.
+        BagError
+            Of ``rigid_body_sim.bags.rosbags_support``: a bag that cannot be read or simulated again, or has what no
+            schedule holds: a force at a point (a command in a frame with ``axes: world``), or in a journal an impulse,
+            a reset, a state or parameters that were set.
         ValueError
             A parameter file that cannot be read or is none, an option that is not known.
         """
