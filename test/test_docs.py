@@ -12,7 +12,8 @@ import rigid_body_sim
 from bench import doc_tables
 from rigid_body_sim import Scene, __version__, load_scene
 
-from .bags import making, runs
+from .bags import making
+from .resim import runs
 
 ROOT = Path(__file__).parents[1]
 PAGES = sorted([*ROOT.glob("*.md"), *ROOT.glob("docs/*.md")])
@@ -68,7 +69,8 @@ def user_folder(tmp_path, monkeypatch):
     """Where a reader tries what is printed: the scenes are there, and a bag that the node recorded."""
     (tmp_path / "config").symlink_to(ROOT / "config")
     scene = Scene(runs.SCENE)
-    making.make(tmp_path / "run1", runs.with_journal(scene, runs.sends(scene, 0.5), 0.5))
+    sends = runs.sends(scene, 0.5, frames=("base_link", "world", ""))
+    making.make(tmp_path / "run1", runs.with_journal(scene, sends, 0.5))
     monkeypatch.chdir(tmp_path)
 
 

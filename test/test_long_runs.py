@@ -7,6 +7,7 @@ import pytest
 
 from rigid_body_sim import Body, Drag, Simulation, State, Wrench
 from rigid_body_sim.bags import journal
+from rigid_body_sim.resim import journaled
 from rigid_body_sim.theory import invariants
 
 BODY = Body(2.0, (0.1, 0.2, 0.25))
@@ -42,7 +43,7 @@ def change(chance, sim):
 def test_run_of_random_changes_equals_a_fresh_one_to_the_bit(changes):
     """Resets, parameters, states, impulses and wrenches at random; steps in bursts here, and one by one there."""
     chance, told = random.Random(changes), []
-    sim = journal.JournaledSimulation(BODY, MOVING)
+    sim = journaled.JournaledSimulation(BODY, MOVING)
     sim.journal = lambda step, call, values: told.append(journal.text(0, step, call, values))
     for _ in range(changes):
         change(chance, sim)
@@ -51,7 +52,7 @@ def test_run_of_random_changes_equals_a_fresh_one_to_the_bit(changes):
     for entry in journal.read(told):
         while fresh.steps < entry.step:
             fresh.step()
-        journal._repeat(entry, fresh)
+        journaled._repeat(entry, fresh)
     fresh.step(sim.steps - fresh.steps)
     assert len(told) == changes
     assert fresh.save() == sim.save()

@@ -1,1 +1,1 @@
-"""Bags: what they hold, written and read without ROS. CDR and the layout of rosbag2 come from the library rosbags."""
+"""Bags as files: written and read without ROS, by who knows of no simulation. rosbags tells types and their layout."""

@@ -6,22 +6,18 @@ scene. Python writes a float with as many digits as read back to the bit, so a r
 
 import dataclasses
 import json
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from fractions import Fraction
 from typing import Any
 
 import numpy as np
 
 from .. import __version__
-from ..effects import REGISTRY
 from ..kernels import compiled
-from ..rate import NANOSECONDS
 from ..scene import attitude
 from ..scene.loader import Scene
-from ..simulation import Simulation, SimulationError
 from ..values.body import Body
-from ..values.state import BodyState, State
+from ..values.state import State
 from ..values.wrench import Wrench
 from .rosbags_support import BagError
 
@@ -29,6 +25,7 @@ TOPIC = "~/journal"  # of the node, so /ns/rigid_body_node/journal in the bag
 TYPE = "std_msgs/msg/String"
 SCENE = "scene"  # first entry
 LOST = "lost"  # entries that could not be kept would stand here
+CALLS = ("set_wrench", "clear_wrench", "change", "apply_impulse", "set_state", "reset", "restart_time")
 
 # What mass, inertia and centre of mass may follow from: an entry has what follows, so that a bag is enough.
 _SOURCES = (
@@ -40,62 +37,9 @@ _SOURCES = (
     "body.urdf_file",
     "body.urdf_link",
 )
+_PARTS = ("force_body", "torque_body", "force_world", "torque_world")
+STATE = ("position", "orientation", "velocity", "angular_velocity")  # what an entry has of a State
 Values = dict[str, Any]  # of JSON
-
-
-class JournaledSimulation(Simulation):
-    """A Simulation that tells ``journal(step, call, values)`` of each call that decides its motion, once it is done.
-
-    ``step`` is the count of steps before the call, and ``values`` hold what never changes: ``text`` makes an entry of
-    it, later and elsewhere. What is read from the simulation is not told, nor are steps, and ``restore`` is refused.
-    """
-
-    journal: Callable[[int, str, Values], None] | None = None
-
-    def _tell(self, step: int, call: str, **values: Any) -> None:
-        if self.journal is not None:
-            self.journal(step, call, values)
-
-    def set_wrench(self, wrench: Wrench, hold: float | None = None, source: str = "") -> None:
-        """As Simulation.set_wrench."""
-        super().set_wrench(wrench, hold, source)
-        self._tell(self.steps, "set_wrench", wrench=wrench, hold=hold, source=source)
-
-    def clear_wrench(self) -> None:
-        """As Simulation.clear_wrench."""
-        super().clear_wrench()
-        self._tell(self.steps, "clear_wrench")
-
-    def change(self, **terms: Any) -> None:
-        """As Simulation.change."""
-        super().change(**terms)
-        self._tell(self.steps, "change", **terms)
-
-    def apply_impulse(self, impulse: Wrench) -> None:
-        """As Simulation.apply_impulse."""
-        super().apply_impulse(impulse)
-        self._tell(self.steps, "apply_impulse", impulse=impulse)
-
-    def set_state(self, state: State) -> None:
-        """As Simulation.set_state."""
-        super().set_state(state)
-        self._tell(self.steps, "set_state", state=state)
-
-    def reset(self, state: State | None = None, *, keep_time: bool = False) -> None:
-        """As Simulation.reset."""
-        step = self.steps
-        super().reset(state, keep_time=keep_time)
-        self._tell(step, "reset", keep_time=keep_time, **({} if state is None else {"state": state}))
-
-    def restart_time(self) -> None:
-        """As Simulation.restart_time."""
-        step = self.steps
-        super().restart_time()
-        self._tell(step, "restart_time")
-
-    def restore(self, snapshot: Any) -> None:
-        """Raises RuntimeError: a journal does not tell what led to a snapshot."""
-        raise RuntimeError("a simulation that keeps a journal cannot be restored; restore one without")
 
 
 # Texts ----------------------------------------------------------------------------------------------------------------
@@ -113,7 +57,7 @@ def scene_values(scene: Scene, epoch_ns: int) -> Values:
 
 
 def text(time_ns: int, step: int, call: str, values: Mapping[str, Any]) -> str:
-    """The entry, logged at ``time_ns``, of a call told by a JournaledSimulation."""
+    """The entry, logged at ``time_ns``, of a call that decides the motion."""
     return json.dumps({"time_ns": time_ns, "step": step, "call": call, **values}, default=_plain, allow_nan=False)
 
 
@@ -123,7 +67,7 @@ def _plain(value: Any) -> Any:
         points = {"points": value.points} if value.points else {}
         return {**{part: value.values[3 * i : 3 * i + 3] for i, part in enumerate(_PARTS)}, **points}
     if isinstance(value, State):
-        return {name: getattr(value, name).tolist() for name in _STATE}
+        return {name: getattr(value, name).tolist() for name in STATE}
     if isinstance(value, Body):
         names = ("mass", "inertia", "center_of_mass")
         return {name: np.asarray(getattr(value, name)).tolist() for name in names}
@@ -132,11 +76,7 @@ def _plain(value: Any) -> Any:
     return np.asarray(value, float).tolist()
 
 
-_PARTS = ("force_body", "torque_body", "force_world", "torque_world")
-_STATE = ("position", "orientation", "velocity", "angular_velocity")
-
-
-# Replay ---------------------------------------------------------------------------------------------------------------
+# Entries --------------------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
@@ -161,7 +101,7 @@ def _read(place: int, line: str) -> Entry:
     try:
         values = json.loads(line)
         entry = Entry(_integer(values, "time_ns"), _integer(values, "step"), values.pop("call"), values)
-        if entry.call not in (*_CALLS, SCENE, LOST):
+        if entry.call not in (*CALLS, SCENE, LOST):
             raise ValueError(f"call {entry.call!r} is not known to version {__version__}")
     except (AttributeError, KeyError, RecursionError, TypeError, ValueError) as reason:
         raise BagError(f"entry {place} of the journal is not as rigid_body_node writes it: {reason!r}") from None
@@ -174,6 +114,14 @@ def _integer(values: Values, name: str) -> int:
     if type(value) is not int:
         raise TypeError(f"{name} is no whole number")
     return value
+
+
+def hole(entry: Entry) -> BagError:
+    """What is said of a LOST entry by whoever cannot do without what is lost."""
+    return BagError(
+        f"the journal has a hole after step {entry.step}, where the recorder's buffer was full; the run can be "
+        "repeated up to there"
+    )
 
 
 @dataclass(frozen=True)
@@ -201,76 +149,3 @@ def beginning(entries: Iterable[Entry]) -> Beginning:
         return Beginning(scene, epoch_ns, values["version"], values["kernels"])
     except (AttributeError, KeyError, TypeError, ValueError) as reason:
         raise BagError(f"the scene in the journal cannot be read by version {__version__}: {reason}") from None
-
-
-def replay(
-    entries: Iterable[Entry], simulation: Simulation, messages: Iterable[tuple[int, int]]
-) -> Iterator[Simulation]:
-    """Repeat a run: ``simulation`` (of the journal's scene, fresh) at each message, given as (log time, stamp) [ns].
-
-    Messages come in the order of their log times. The simulation is yielded after the entries logged before the
-    message and at the step that its stamp names; read ``motion`` before going on. Raises BagError when the journal has
-    a hole, or does not fit the messages.
-    """
-    calls = iter(entries)
-    epoch_ns = next(calls).values["epoch_ns"]
-    rate = Fraction(simulation.rate)
-    coming = next(calls, None)
-    for log_ns, stamp_ns in messages:
-        while coming is not None and coming.time_ns < log_ns:
-            _repeat(coming, simulation)
-            coming = next(calls, None)
-        _go_to(simulation, round((stamp_ns - epoch_ns) * rate / NANOSECONDS), f"the message stamped {stamp_ns} ns")
-        if epoch_ns + simulation.time_ns != stamp_ns:
-            raise BagError(f"the message stamped {stamp_ns} ns belongs to no step of the journal's run")
-        yield simulation
-
-
-def _repeat(entry: Entry, simulation: Simulation) -> None:
-    if entry.call == LOST:
-        raise BagError(
-            f"the journal has a hole after step {entry.step}, where the recorder's buffer was full; the run can be "
-            "repeated up to there"
-        )
-    _go_to(simulation, entry.step, f"{entry.call} at step {entry.step}")
-    try:
-        _CALLS[entry.call](simulation, **entry.values)
-    except (AttributeError, KeyError, TypeError, ValueError) as reason:
-        told = f"{type(reason).__name__}: {reason}" if not isinstance(reason, ValueError) else reason
-        raise BagError(f"{entry.call} at step {entry.step} of the journal cannot be repeated: {told}") from None
-
-
-def _go_to(simulation: Simulation, step: int, what: str) -> None:
-    if step < simulation.steps:
-        raise BagError(f"{what} lies before step {simulation.steps}, which the journal had reached; they do not fit")
-    try:
-        simulation.step(step - simulation.steps)
-    except SimulationError as reason:
-        if simulation.steps != step:  # else the recorded run stopped here, too
-            raise BagError(f"{what} cannot be reached: {reason}") from None
-
-
-def _state(values: Values) -> State:
-    """The very numbers: State would normalise the quaternion once more."""
-    return BodyState(np.concatenate([values[name] for name in _STATE]))
-
-
-def _change(simulation: Simulation, **terms: Any) -> None:
-    if "body" in terms:
-        terms["body"] = Body(**terms["body"])
-    for name in REGISTRY.keys() & terms:
-        terms[name] = REGISTRY[name].restored(terms[name])
-    simulation.change(**terms)
-
-
-_CALLS: dict[str, Callable[..., None]] = {
-    "set_wrench": lambda simulation, wrench, hold, source: simulation.set_wrench(Wrench(**wrench), hold, source),
-    "clear_wrench": Simulation.clear_wrench,
-    "change": _change,
-    "apply_impulse": lambda simulation, impulse: simulation.apply_impulse(Wrench(**impulse)),
-    "set_state": lambda simulation, state: simulation.set_state(_state(state)),
-    "reset": lambda simulation, keep_time, state=None: simulation.reset(
-        None if state is None else _state(state), keep_time=keep_time
-    ),
-    "restart_time": Simulation.restart_time,
-}

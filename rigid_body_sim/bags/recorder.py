@@ -83,7 +83,7 @@ class Recorder:
         self._put(place, data, room, self._capacity)
 
     def put_entry(self, step: int, call: str, values: journal.Values) -> None:
-        """Record an entry of the journal, of a call told by a JournaledSimulation."""
+        """Record an entry of the journal, of a call that decides the motion."""
         fits = self._put(self._journal_place, (step, call, values), _ENTRY, 2 * self._capacity)
         if not fits and not self._in_hole:
             self._append(self._journal_place, (step, journal.LOST, {}), _ENTRY)

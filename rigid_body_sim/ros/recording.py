@@ -14,6 +14,7 @@ from ..bags import journal
 from ..bags.recorder import Recorder
 from ..bags.rosbags_support import BagError
 from ..bags.writing import Topic
+from ..resim.journaled import JournaledSimulation
 from ..scene.loader import Scene
 from ..simulation import Simulation
 from .loop import Loop
@@ -36,7 +37,7 @@ class Recordable(Protocol):
 
 def simulation_of(scene: Scene) -> Simulation:
     """The simulation that a scene describes; where it is recorded, one that can tell of what decides its motion."""
-    return (journal.JournaledSimulation if scene["record.path"] else Simulation).from_scene(scene)
+    return (JournaledSimulation if scene["record.path"] else Simulation).from_scene(scene)
 
 
 def start(node: Node, scene: Scene, loop: Loop, ends: Sequence[Recordable]) -> Recorder | None:
@@ -62,7 +63,7 @@ def start(node: Node, scene: Scene, loop: Loop, ends: Sequence[Recordable]) -> R
 def begin(recorder: Recorder, scene: Scene, loop: Loop) -> None:
     """Begin the journal with the scene, once the loop has the stamp with which its time begins."""
     recorder.put_entry(loop.simulation.steps, journal.SCENE, journal.scene_values(scene, loop.epoch_ns))
-    cast(journal.JournaledSimulation, loop.simulation).journal = recorder.put_entry  # simulation_of made it one
+    cast(JournaledSimulation, loop.simulation).journal = recorder.put_entry  # simulation_of made it one
 
 
 def _chosen(node: Node, names: Sequence[str], ends: Sequence[Recordable]) -> list[Recordable]:

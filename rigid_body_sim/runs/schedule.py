@@ -1,12 +1,17 @@
 """Commands that are known before a run: which wrench is held from which step on."""
 
+import os
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..kernels.arrays import Floats, Integers
 from ..values.wrench import Wrench
+
+if TYPE_CHECKING:
+    from ..scene.loader import Scene
 
 Truths = NDArray[np.bool_]
 KINDS = ("force_body", "torque_body", "force_world", "torque_world")
@@ -64,6 +69,61 @@ class WrenchSchedule:
                 raise ValueError(f"row {row} of the schedule: {wrench!r} has forces at points; a schedule takes none")
         values = np.array([wrench.values for wrench in wrenches]).reshape(-1, 12)
         return cls(steps, *np.split(values, 4, axis=1))
+
+    @classmethod
+    def from_bag(
+        cls,
+        path: str | os.PathLike[str],
+        scene: "Scene | str | os.PathLike[str] | None" = None,
+        *,
+        topics: str | Sequence[str] = (),
+        pose: str | None = None,
+        times: str | None = None,
+        start: str | None = None,
+        recover: bool = False,
+    ) -> "WrenchSchedule":
+        """The commands of a bag, by the steps of a scene, as rigid_body_resim understands them; ``docs/whole_runs.md``.
+
+        Frames, limits and timeouts are the scene's: the end of a hold is a row of zeros, or of what other topics
+        still hold, and what is held on several topics is a row of sums. Step 0 has the stamp of the first pose, of
+        the start of a node that kept a journal, or without poses of the first command; in lockstep it is the initial
+        state. The schedule ends with the bag's last pose. It holds commands only: the state to begin with is the
+        scene's, or where the bag begins later ``scenarios.scenario.prepare(bag, scene).start``.
+
+        From there a run of the scene gives the same bits as the re-simulation, but for the last digits where what was
+        held ends and comes again in one step while nothing turns the body: there the closed form begins anew.
+
+        Parameters
+        ----------
+        path : path
+            A folder or a lone file of rosbag2.
+        scene : Scene or path, optional
+            A Scene or a parameter file; else what the bag's journal has, or without one the node's defaults.
+        topics : str or sequence of str
+            With the commands, the first leads in lockstep; else those of ``wrench.topics``, or the only one.
+        pose : str, optional
+            The topic with the poses; else ``pose``, ``odom`` or the only one.
+        times : "header" or "receive", optional
+            When commands took effect; else as the bag tells.
+        start : "scene" or "bag", optional
+            Where the run begins; else at the scene's initial state where the first pose is that.
+        recover : bool
+            Of a bag that is not whole, take what is.
+
+        Raises
+        ------
+        BagError
+            Of ``rigid_body_sim.bags.rosbags_support``: a bag that cannot be read or simulated again, or has what no
+            schedule holds: a force at a point (a command in a frame with ``axes: world``), or in a journal an impulse,
+            a reset, a state or parameters that were set.
+        ValueError
+            A parameter file that cannot be read or is none, an option that is not known.
+        """
+        from ..scenarios import command_rows
+        from ..scenarios.scenario import Choices
+
+        names = (topics,) if isinstance(topics, str) else tuple(topics)
+        return cls.of(*command_rows.of_bag(path, scene, Choices(names, pose, times, start), recover))
 
     def __len__(self) -> int:
         return len(self.steps)

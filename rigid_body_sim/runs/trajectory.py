@@ -149,6 +149,32 @@ class Trajectory(States):
             arrays |= {"command_steps": self.commands.steps, "command_values": self.commands.values}
         np.savez(path, **arrays)
 
+    def to_bag(
+        self,
+        folder: str | os.PathLike[str],
+        *,
+        namespace: str = "",
+        world_frame_id: str = "world",
+        body_frame_id: str = "base_link",
+    ) -> None:
+        """Write a bag of ROS 2 Jazzy (rosbag2, MCAP): what the node would publish, and the commands of the run.
+
+        ``pose`` (PoseStamped, in the world's frame) and ``twist`` (TwistStamped, body axes) have a message for each
+        state, stamped and received at its simulated time. Of a run under a schedule, ``wrench`` (WrenchStamped) has a
+        message for each row that took effect, at the time of its step; where a row has a part in body axes and one in
+        world axes, ``wrench`` has the former of every row and ``wrench_world`` the latter. Of a scene with these
+        ``wrench.topics`` and ``wrench.timeout: 0.0``, because a row is held up to the next one, rigid_body_resim
+        simulates the bag again to the bit where the run began at the scene's initial state, without a wrench held.
+
+        Raises BagError (``rigid_body_sim.bags.rosbags_support``) where the folder exists already or cannot be made or
+        written, for a time that no stamp holds, and without the extra ``bag``; ValueError for a name that is none.
+        Nothing is left of a bag that is not whole.
+        """
+        from . import bag
+
+        names = bag.Names(namespace, world_frame_id, body_frame_id)
+        bag.write(folder, names, self.rate, self.steps, self._motion, self.commands)
+
     def plot(self) -> Any:
         """A matplotlib Figure of position, attitude, angular velocity and energy over time. Needs matplotlib."""
         from .plot import figure

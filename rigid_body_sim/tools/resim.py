@@ -9,15 +9,17 @@ import time
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from ..bags import resimulating, timing
-from ..bags import scenario as scenarios
-from ..bags.comparison import Comparison, Tolerance
 from ..bags.reading import Bag, read
-from ..bags.resimulating import Progress, Track
 from ..bags.rosbags_support import HOW_TO_INSTALL, BagError
-from ..bags.scenario import Choices, Scenario
-from ..bags.topics import A_POSE, there
 from ..command_line import INTERRUPTED, Parser
+from ..resim import resimulating
+from ..resim.comparison import Comparison, Tolerance
+from ..resim.resimulating import Track
+from ..scenarios import scenario as scenarios
+from ..scenarios import timing
+from ..scenarios.command_feed import Progress
+from ..scenarios.scenario import Choices, Scenario
+from ..scenarios.topics import A_POSE, there
 from ..scene.loader import DEFAULT_NODE, Scene, load_scene
 from ..scene.schema import one_line
 from ..simulation import SimulationError

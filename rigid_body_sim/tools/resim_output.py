@@ -8,10 +8,10 @@ from pathlib import Path
 
 from ..bags import codec
 from ..bags.reading import POSE, TWIST
-from ..bags.resimulating import Track
 from ..bags.rosbags_support import BagError
-from ..bags.scenario import Scenario
 from ..bags.writing import BagWriter, Message, Topic
+from ..resim.resimulating import Track
+from ..scenarios.scenario import Scenario
 from ..scene.loader import Scene
 
 _POSE_IN_MESSAGES = [0, 1, 2, 4, 5, 6, 3]  # quaternion x, y, z, w

@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from ..bags.comparison import Comparison, Tolerance
 from ..kernels.arrays import Floats
+from ..resim.comparison import Comparison, Tolerance
 from ..runs.plot import BLACK, BLUE, ORANGE
 
 MOST_POINTS = 4000  # in a line; of more, the largest of each group of neighbours

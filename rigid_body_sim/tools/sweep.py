@@ -25,11 +25,11 @@ from typing import Any
 import numpy as np
 
 from .. import __version__, first_start, integrators
-from ..bags import resimulating
-from ..bags.comparison import Comparison
 from ..bags.rosbags_support import BagError
-from ..bags.scenario import Scenario
 from ..kernels import compiled
+from ..resim import resimulating
+from ..resim.comparison import Comparison
+from ..scenarios.scenario import Scenario
 from ..scene import schema
 from ..scene.loader import Scene
 from ..simulation import SimulationError

@@ -125,6 +125,14 @@ def angle_between(a: ArrayLike, b: ArrayLike) -> float:
     return to_axis_angle(multiply(conjugate(normalize(a)), normalize(b)))[1]
 
 
+def angles_between(a: Floats, b: Floats) -> Floats:
+    """The same of many attitudes of any length, each of shape (n, 4), shape (n,)."""
+    scalar = np.abs((a * b).sum(axis=1))
+    v, w = a[:, 1:], b[:, 1:]
+    vector = a[:, :1] * w - b[:, :1] * v - np.cross(v, w)
+    return 2.0 * np.arctan2(np.linalg.norm(vector, axis=1), scalar)
+
+
 def skew(v: ArrayLike) -> Floats:
     """Skew matrix v*, shape (3, 3), with v* w = v × w; theory (2.2.3)."""
     a, b, c = as_vector(v, "vector")

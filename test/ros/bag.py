@@ -6,6 +6,7 @@ import pytest
 
 from rigid_body_sim import Simulation
 from rigid_body_sim.bags import journal
+from rigid_body_sim.resim.journaled import replay
 
 
 class Bag:
@@ -30,7 +31,7 @@ class Bag:
         motions.sort(key=lambda motion: motion[0])
         simulation = Simulation.from_scene(journal.beginning(self.entries).scene)
         times = [(time_ns, stamp_ns(data)) for time_ns, data, _ in motions]
-        again = journal.replay(self.entries, simulation, times)
+        again = replay(self.entries, simulation, times)
         for (_, data, numbers), repeated in zip(motions, again, strict=True):
             values = numbers(repeated.motion)
             assert data[-8 * len(values) :] == struct.pack(f"<{len(values)}d", *values)

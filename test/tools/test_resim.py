@@ -17,7 +17,8 @@ from rigid_body_sim import Scene
 from rigid_body_sim.bags.reading import read
 from rigid_body_sim.tools import resim, resim_plot
 
-from ..bags import making, runs
+from ..bags import making
+from ..resim import runs
 
 BASE = Scene(runs.SCENE)
 SECONDS = 1.0

@@ -18,12 +18,13 @@ import pytest
 pytest.importorskip("rosbags")
 
 from rigid_body_sim import Scene
-from rigid_body_sim.bags import resimulating
-from rigid_body_sim.bags import scenario as scenarios
 from rigid_body_sim.bags.reading import read
+from rigid_body_sim.resim import resimulating
+from rigid_body_sim.scenarios import scenario as scenarios
 from rigid_body_sim.tools import sweep
 
-from ..bags import making, runs
+from ..bags import making
+from ..resim import runs
 from .test_resim import BASE, call, refusal, write_scene
 
 SECONDS = 1.0

@@ -354,3 +354,11 @@ def test_homogeneous_matrix_without_a_translation_only_turns():
     matrix = quaternion.to_homogeneous(q)
     assert_array_equal(matrix[:3, 3], 0.0)
     assert_array_equal(matrix[:3, :3], to_matrix(q))
+
+
+def test_angles_are_exact_when_small_and_do_not_see_the_sign():
+    angle = np.array([0.0, 1e-15, 1e-9, 0.3, 3.0])
+    turned = np.stack([np.cos(angle / 2), 0 * angle, np.sin(angle / 2), 0 * angle], axis=1)
+    still = np.array([[1.0, 0.0, 0.0, 0.0]] * 5)
+    for sign in (1.0, -1.0):
+        assert_allclose(rotation.angles_between(still, sign * turned), angle, rtol=1e-15)  # measured 0

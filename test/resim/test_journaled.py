@@ -8,6 +8,8 @@ import pytest
 from rigid_body_sim import Body, Drag, Scene, Simulation, SimulationError, State, Tether, Wrench
 from rigid_body_sim.bags import journal
 from rigid_body_sim.bags.rosbags_support import BagError
+from rigid_body_sim.resim import journaled
+from rigid_body_sim.resim.journaled import JournaledSimulation, replay
 
 BODY = {"body.mass": 2.0, "body.inertia": [0.1, 0.2, 0.25, 0.01, 0.0, -0.02], "body.center_of_mass": [0.1, 0.0, 0.3]}
 SPIN = {"initial.angular_velocity": [0.3, 1.0, 0.2], "initial.orientation": {"w": 0.4, "x": 0.2, "y": -0.8, "z": 0.4}}
@@ -33,7 +35,7 @@ class Run:
     """A run with its journal: ``messages`` are (log time, stamp), ``motions`` what they would hold."""
 
     def __init__(self, scene, sim=None):
-        self.simulation = sim or journal.JournaledSimulation.from_scene(scene)
+        self.simulation = sim or JournaledSimulation.from_scene(scene)
         self.time_ns, self.texts, self.messages, self.motions = 1000, [], [], []
         self.simulation.journal = self.tell
         self.tell(0, journal.SCENE, journal.scene_values(scene, EPOCH_NS))
@@ -50,7 +52,7 @@ class Run:
     def repeated(self):
         entries = journal.read(self.texts)
         simulation = Simulation.from_scene(journal.beginning(entries).scene)
-        return [again.motion for again in journal.replay(entries, simulation, self.messages)]
+        return [again.motion for again in replay(entries, simulation, self.messages)]
 
 
 def vector(rng, scale=1.0):
@@ -191,8 +193,12 @@ def test_journal_of_an_earlier_version_is_read():
     assert run.repeated() == run.motions
 
 
+def test_every_call_that_an_entry_may_have_can_be_repeated():
+    assert set(journaled._CALLS) == set(journal.CALLS)
+
+
 def test_simulation_without_a_journal_works():
-    sim = journal.JournaledSimulation.from_scene(Scene(BODY))
+    sim = JournaledSimulation.from_scene(Scene(BODY))
     sim.set_wrench(Wrench())
     with pytest.raises(RuntimeError, match="cannot be restored"):
         sim.restore(sim.save())

@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from ..bags.reading import Messages
+from ..bags.rosbags_support import BagError
 from ..kernels.arrays import Integers
-from .reading import Messages
-from .rosbags_support import BagError
 
 NANOSECONDS = 1_000_000_000
 MOST_LATE_NS = NANOSECONDS  # what is further behind is no message that took longer, but time that was set back
@@ -147,8 +147,11 @@ def seconds(time_ns: int) -> str:
 
 
 def steps_at(times_ns: Integers, rate: float) -> Integers:
-    """The last step whose time is not after each of ``times_ns`` [ns since step 0]: floor, steps stamped as rounded."""
-    return np.floor((times_ns + 0.5) * (rate / NANOSECONDS) * (1.0 + 1e-15)).astype(np.int64)
+    """The last step whose time is not after each of ``times_ns`` [ns since step 0]: floor, but for round-off.
+
+    A stamp and that of step 0, in a bag that begins late, may each be half a nanosecond from the time of its step.
+    """
+    return np.floor((times_ns + 1.0) * (rate / NANOSECONDS) * (1.0 + 1e-15)).astype(np.int64)
 
 
 def nearest_steps(times_ns: Integers, rate: float) -> Integers:

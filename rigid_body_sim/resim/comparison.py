@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..kernels.arrays import Floats, Integers
+from ..values.rotation import angles_between
 
 NANOSECONDS = 1_000_000_000
 
@@ -43,7 +44,7 @@ class Comparison:
     @cached_property
     def attitude_error(self) -> Floats:
         """Angle [rad] between the attitudes, the same for q and −q, shape (n,)."""
-        return angles(self.recorded[:, 3:7], self.simulated[:, 3:7])
+        return angles_between(self.recorded[:, 3:7], self.simulated[:, 3:7])
 
     @cached_property
     def first_unequal(self) -> int | None:
@@ -64,14 +65,6 @@ class Comparison:
             "attitude_max": float(self.attitude_error.max()),
             "attitude_rms": _rms(self.attitude_error),
         }
-
-
-def angles(first: Floats, second: Floats) -> Floats:
-    """Angle [rad] between attitudes (w, x, y, z), each of shape (n, 4); small ones as exact as the quaternions are."""
-    scalar = np.abs((first * second).sum(axis=1))
-    v, w = first[:, 1:], second[:, 1:]
-    vector = first[:, :1] * w - second[:, :1] * v - np.cross(v, w)
-    return 2.0 * np.arctan2(np.linalg.norm(vector, axis=1), scalar)
 
 
 def _first(true: NDArray[np.bool_]) -> int | None:

@@ -2,9 +2,9 @@
 
 from collections.abc import Collection, Mapping, Sequence
 
+from ..bags.reading import POSES, Bag, Messages
+from ..bags.rosbags_support import BagError
 from ..scene.loader import Scene
-from .reading import POSES, Bag, Messages
-from .rosbags_support import BagError
 
 NOT_COMMANDS = ("impulse", "wrench_applied")  # of type WrenchStamped, too
 MOST_LISTED = 12

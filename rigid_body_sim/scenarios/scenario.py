@@ -7,17 +7,18 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ..bags import journal as journals
+from ..bags.reading import ODOMETRY, POSE, TWIST, Bag, Messages
+from ..bags.rosbags_support import BagError
+from ..kernels import compiled
+from ..kernels import state as flat
 from ..kernels.arrays import Floats, Integers
 from ..kernels.compiled import sources_digest
 from ..scene.loader import Scene
-from ..simulation import Simulation
 from ..values import rotation
-from ..values.state import State
-from . import journal as journals
+from ..values.state import State, flatten
+from ..values.wrench import Wrench
 from . import timing, topics
-from .comparison import angles
-from .reading import ODOMETRY, POSE, TWIST, Bag, Messages
-from .rosbags_support import BagError
 
 NANOSECONDS = 1_000_000_000
 ROUNDED_NS = 2.0  # by which the time from one stamp to another may differ from whole steps
@@ -29,12 +30,17 @@ SCENE, BAG = "scene", "bag"  # where the initial state comes from
 
 @dataclass(frozen=True)
 class Choices:
-    """What a user may choose; None is decided by what is in the bag."""
+    """What a user may choose; None is decided by what is in the bag. Raises ValueError for what cannot be chosen."""
 
     topics: tuple[str, ...] = ()
     pose: str | None = None
     times: str | None = None  # timing.HEADER or RECEIVE
     start: str | None = None  # SCENE or BAG
+
+    def __post_init__(self) -> None:
+        for name, known in (("times", (timing.HEADER, timing.RECEIVE)), ("start", (SCENE, BAG))):
+            if (chosen := getattr(self, name)) not in (None, *known):
+                raise ValueError(f"{name}={chosen!r} is not known; give {known[0]!r}, {known[1]!r} or None")
 
 
 BY_WHAT_IS_THERE = Choices()
@@ -76,6 +82,10 @@ class Scenario:
     commands: Commands | None = None
     journal: tuple[journals.Entry, ...] = ()
     notes: tuple[str, ...] = ()
+
+    def last_step(self, rate: float) -> int:
+        """The step of the last pose, at a rate [Hz]."""
+        return round((int(self.stamp_ns.max()) - self.epoch_ns) * (rate / NANOSECONDS))
 
 
 # What to simulate -----------------------------------------------------------------------------------------------------
@@ -314,14 +324,21 @@ def _begins_with(scene: Scene, poses: Messages, twists: Messages | None) -> bool
     if scene["lockstep"]:
         step = int(timing.nearest_steps(poses.stamp_ns[:1], scene["rate"])[0])
         return step in (0, scene["steps_per_command"])
-    motion = np.array(Simulation.from_scene(scene).motion)
+    motion = _initial_motion(scene)
     there = np.abs(poses.values[0, :3] - motion[:3]).max() <= SAME_START * max(1.0, np.abs(motion[:3]).max())
-    there = there and angles(poses.values[:1, 3:7], motion[None, 3:7])[0] <= SAME_START
+    there = there and rotation.angles_between(poses.values[:1, 3:7], motion[None, 3:7])[0] <= SAME_START
     if not there or twists is None:
         return bool(there)
     same = np.flatnonzero(twists.stamp_ns == poses.stamp_ns[0])
     expected = motion[13:19] if _last(twists.frame_ids, same) == scene["body.frame_id"] else motion[7:13]
     return not len(same) or bool(np.abs(twists.values[same[-1]] - expected).max() <= SAME_START)
+
+
+def _initial_motion(scene: Scene) -> Floats:
+    """What Simulation.motion would be at the scene's initial state, to the bit, shape (19,)."""
+    model = scene.terms().model(Wrench())
+    state = flatten(scene.initial_state(), model)
+    return np.array(compiled.ready(flat.read_motion, state, model)(state, model))
 
 
 def _last(frame_ids: NDArray[np.object_], same: Integers) -> str:

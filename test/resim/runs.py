@@ -6,9 +6,9 @@ import numpy as np
 
 from rigid_body_sim import Simulation, commands
 from rigid_body_sim.bags import journal
-from rigid_body_sim.bags.journal import JournaledSimulation
+from rigid_body_sim.resim.journaled import JournaledSimulation
 
-from . import making
+from ..bags import making
 
 LATENCY_NS = 200_000  # from the node to the recorder
 SCENE = {

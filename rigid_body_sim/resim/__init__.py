@@ -1,0 +1,1 @@
+"""Runs simulated again: by a journal or by commands and their times, and compared with what was recorded."""

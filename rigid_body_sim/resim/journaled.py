@@ -1,0 +1,144 @@
+"""A simulation that tells its journal of every call that decides its motion, and the run repeated by what it told."""
+
+from collections.abc import Callable, Iterable, Iterator
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from ..bags.journal import LOST, STATE, Entry, Values, hole
+from ..bags.rosbags_support import BagError
+from ..effects import REGISTRY
+from ..rate import NANOSECONDS
+from ..simulation import Simulation, SimulationError
+from ..values.body import Body
+from ..values.state import BodyState, State
+from ..values.wrench import Wrench
+
+
+class JournaledSimulation(Simulation):
+    """A Simulation that tells ``journal(step, call, values)`` of each call that decides its motion, once it is done.
+
+    ``step`` is the count of steps before the call, and ``values`` hold what never changes: ``text`` makes an entry of
+    it, later and elsewhere. What is read from the simulation is not told, nor are steps, and ``restore`` is refused.
+    """
+
+    journal: Callable[[int, str, Values], None] | None = None
+
+    def _tell(self, step: int, call: str, **values: Any) -> None:
+        if self.journal is not None:
+            self.journal(step, call, values)
+
+    def set_wrench(self, wrench: Wrench, hold: float | None = None, source: str = "") -> None:
+        """As Simulation.set_wrench."""
+        super().set_wrench(wrench, hold, source)
+        self._tell(self.steps, "set_wrench", wrench=wrench, hold=hold, source=source)
+
+    def clear_wrench(self) -> None:
+        """As Simulation.clear_wrench."""
+        super().clear_wrench()
+        self._tell(self.steps, "clear_wrench")
+
+    def change(self, **terms: Any) -> None:
+        """As Simulation.change."""
+        super().change(**terms)
+        self._tell(self.steps, "change", **terms)
+
+    def apply_impulse(self, impulse: Wrench) -> None:
+        """As Simulation.apply_impulse."""
+        super().apply_impulse(impulse)
+        self._tell(self.steps, "apply_impulse", impulse=impulse)
+
+    def set_state(self, state: State) -> None:
+        """As Simulation.set_state."""
+        super().set_state(state)
+        self._tell(self.steps, "set_state", state=state)
+
+    def reset(self, state: State | None = None, *, keep_time: bool = False) -> None:
+        """As Simulation.reset."""
+        step = self.steps
+        super().reset(state, keep_time=keep_time)
+        self._tell(step, "reset", keep_time=keep_time, **({} if state is None else {"state": state}))
+
+    def restart_time(self) -> None:
+        """As Simulation.restart_time."""
+        step = self.steps
+        super().restart_time()
+        self._tell(step, "restart_time")
+
+    def restore(self, snapshot: Any) -> None:
+        """Raises RuntimeError: a journal does not tell what led to a snapshot."""
+        raise RuntimeError("a simulation that keeps a journal cannot be restored; restore one without")
+
+
+# Replay ---------------------------------------------------------------------------------------------------------------
+
+
+def replay(
+    entries: Iterable[Entry], simulation: Simulation, messages: Iterable[tuple[int, int]]
+) -> Iterator[Simulation]:
+    """Repeat a run: ``simulation`` (of the journal's scene, fresh) at each message, given as (log time, stamp) [ns].
+
+    Messages come in the order of their log times. The simulation is yielded after the entries logged before the
+    message and at the step that its stamp names; read ``motion`` before going on. Raises BagError when the journal has
+    a hole, or does not fit the messages.
+    """
+    calls = iter(entries)
+    epoch_ns = next(calls).values["epoch_ns"]
+    rate = Fraction(simulation.rate)
+    coming = next(calls, None)
+    for log_ns, stamp_ns in messages:
+        while coming is not None and coming.time_ns < log_ns:
+            _repeat(coming, simulation)
+            coming = next(calls, None)
+        _go_to(simulation, round((stamp_ns - epoch_ns) * rate / NANOSECONDS), f"the message stamped {stamp_ns} ns")
+        if epoch_ns + simulation.time_ns != stamp_ns:
+            raise BagError(f"the message stamped {stamp_ns} ns belongs to no step of the journal's run")
+        yield simulation
+
+
+def _repeat(entry: Entry, simulation: Simulation) -> None:
+    if entry.call == LOST:
+        raise hole(entry)
+    _go_to(simulation, entry.step, f"{entry.call} at step {entry.step}")
+    try:
+        _CALLS[entry.call](simulation, **entry.values)
+    except (AttributeError, KeyError, TypeError, ValueError) as reason:
+        told = f"{type(reason).__name__}: {reason}" if not isinstance(reason, ValueError) else reason
+        raise BagError(f"{entry.call} at step {entry.step} of the journal cannot be repeated: {told}") from None
+
+
+def _go_to(simulation: Simulation, step: int, what: str) -> None:
+    if step < simulation.steps:
+        raise BagError(f"{what} lies before step {simulation.steps}, which the journal had reached; they do not fit")
+    try:
+        simulation.step(step - simulation.steps)
+    except SimulationError as reason:
+        if simulation.steps != step:  # else the recorded run stopped here, too
+            raise BagError(f"{what} cannot be reached: {reason}") from None
+
+
+def _state(values: Values) -> State:
+    """The very numbers: State would normalise the quaternion once more."""
+    return BodyState(np.concatenate([values[name] for name in STATE]))
+
+
+def _change(simulation: Simulation, **terms: Any) -> None:
+    if "body" in terms:
+        terms["body"] = Body(**terms["body"])
+    for name in REGISTRY.keys() & terms:
+        terms[name] = REGISTRY[name].restored(terms[name])
+    simulation.change(**terms)
+
+
+_CALLS: dict[str, Callable[..., None]] = {  # by their names in bags.journal
+    "set_wrench": lambda simulation, wrench, hold, source: simulation.set_wrench(Wrench(**wrench), hold, source),
+    "clear_wrench": Simulation.clear_wrench,
+    "change": _change,
+    "apply_impulse": lambda simulation, impulse: simulation.apply_impulse(Wrench(**impulse)),
+    "set_state": lambda simulation, state: simulation.set_state(_state(state)),
+    "reset": lambda simulation, keep_time, state=None: simulation.reset(
+        None if state is None else _state(state), keep_time=keep_time
+    ),
+    "restart_time": Simulation.restart_time,
+}
