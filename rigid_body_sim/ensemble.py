@@ -43,6 +43,7 @@ class Script(NamedTuple):
 
 
 _NO_SCRIPT = Script(np.zeros(0), np.zeros(0), 1, 0, 2**62)
+_WORTH_SORTING = 32  # steps in a call, from which on bodies that turn alike are put side by side
 _WORTH_A_THREAD = 4000  # steps of bodies in a call: what less takes is less than to wake threads
 _AT_REST = {"position": ZERO, "orientation": (1.0, 0.0, 0.0, 0.0), "velocity": ZERO, "angular_velocity": ZERO}
 _SHAPES = {name: ((len(one),),) for name, one in _AT_REST.items()}
@@ -266,6 +267,16 @@ class Ensemble:
 
     def _call(self, group: Group, counts: Integers, script: Script) -> None:
         """Advance bodies, with as many threads as there are; ``counts`` says how far each is to go, and came."""
+        which = group.which
+        if len(which) > 8 and counts[0] >= _WORTH_SORTING:
+            order = self._groups.by_speed(which, self._states)
+            sorted_counts = counts[order]
+            self._share_out(group._replace(which=which[order]), sorted_counts, script)
+            counts[order] = sorted_counts
+        else:
+            self._share_out(group, counts, script)
+
+    def _share_out(self, group: Group, counts: Integers, script: Script) -> None:
         which, integrator, kernel = group
         share = max(1, -(-len(which) // (8 * self.threads))) * 8  # blocks of eight are not divided
         states, models, width = self._states.reshape(-1), self._bodies.models.reshape(-1), self._bodies.models.shape[1]

@@ -7,13 +7,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import integrators
-from .integrators import Integrator, many
-from .integrators.base import Kind
+from .integrators import Integrator, many, taylor
 from .kernels import compiled
 from .kernels.arrays import Floats, Integers
 from .kernels.model import FORCE, MOMENTS, N_CARRIED, ONLY_WORLD_TORQUE
 from .kernels.motion import Acting
-from .kernels.state import SIZE, THIN
+from .kernels.state import SIZE, THIN, L
 from .kernels.stiffness import spectral_radius
 from .many_bodies import Bodies
 from .scene import plan
@@ -23,9 +22,9 @@ from .values.wrench import Wrench
 _TURNING = [0, 1, 2, 3, 4, 5, 9, 10, 11]  # of Wrench.values: all but the force in world axes
 
 _ALL = list(integrators.REGISTRY.values())
-_AT_ONCE = np.array([one.short_steps is not None and compiled.ENABLED for one in _ALL])
+_AT_ONCE = np.array([one is taylor.INTEGRATOR and compiled.ENABLED for one in _ALL])
 _CLOSED = np.array([one.one_evaluation for one in _ALL])
-_KINDS = 32  # numbers that _kinds may give
+_KINDS = 5  # numbers that _kinds may give
 
 
 class Group(NamedTuple):
@@ -57,7 +56,7 @@ class Groups:
         moments = bodies.models[:, MOMENTS : MOMENTS + 3]
         self._thin = moments.max(1) > THIN * moments.min(1)
         self.stiffness = np.full(len(bodies.terms), math.nan)
-        self._kernels: dict[tuple[str, Acting, Kind | None], many.Many] = {}
+        self._kernels: dict[tuple[str, Acting, int | None], many.Many] = {}
         self.all: list[Group] = []
         self._code: Integers = np.zeros(0, np.int64)
         self.in_closed_form: NDArray[np.bool_] = np.zeros(0, bool)
@@ -110,7 +109,22 @@ class Groups:
         number, kind = divmod(code, _KINDS)
         integrator, acting = divmod(number, len(self._acting))
         one = _ALL[integrator]
-        return Group(which, one, self._kernel(one, self._acting[acting], _kind_of(kind)))
+        return Group(self._alike(which), one, self._kernel(one, self._acting[acting], kind - 1 if kind else None))
+
+    def _alike(self, which: Integers) -> Integers:
+        """In an order in which neighbours, which are advanced together, leave out the same."""
+        return which[np.lexsort(self._leave_out(which))]
+
+    def _leave_out(self, which: Integers) -> tuple[Floats, Floats]:
+        models = self._models[which]
+        return models[:, ONLY_WORLD_TORQUE], np.any(models[:, FORCE : FORCE + 3], axis=1)
+
+    def by_speed(self, which: Integers, states: Floats) -> Integers:
+        """Places of bodies in an order in which neighbours also turn about as fast."""
+        moments = self._models[which, MOMENTS : MOMENTS + 3]
+        spin = np.linalg.norm(states[which, L : L + 3], axis=1) / moments.min(1)
+        order: Integers = np.lexsort((spin, *self._leave_out(which)))
+        return order
 
     def group_of(self, i: int) -> Group:
         """The group of a body."""
@@ -133,16 +147,12 @@ class Groups:
         return found
 
     def _kinds(self) -> Integers:
-        """Of each body a number that says its Kind, 0 where it cannot be one of eight at once."""
-        models = self._models
-        x, y, z = (models[:, FORCE + i] != 0.0 for i in range(3))
-        pushed = x | y | z
-        number = 1 + 4 * models[:, N_CARRIED] + 2 * pushed + (models[:, ONLY_WORLD_TORQUE] != 0.0)
-        return np.where(self._thin, 0, number).astype(np.int64)
+        """Of each body the number of its carried vectors and one, 0 where it cannot be one of eight at once."""
+        return np.where(self._thin, 0, 1 + self._models[:, N_CARRIED]).astype(np.int64)
 
-    def _kernel(self, integrator: Integrator, acting: Acting, kind: Kind | None) -> many.Many:
-        if (key := (integrator.name, acting, kind)) not in self._kernels:
-            self._kernels[key] = _ready(integrator, acting, kind)
+    def _kernel(self, integrator: Integrator, acting: Acting, carried: int | None) -> many.Many:
+        if (key := (integrator.name, acting, carried)) not in self._kernels:
+            self._kernels[key] = _ready(integrator, acting, carried)
         return self._kernels[key]
 
 
@@ -150,14 +160,10 @@ def _place(turned: bool, stiffness: float | None) -> int:
     return _ALL.index(integrators.REGISTRY[plan.choose(turned, stiffness)])
 
 
-def _kind_of(number: int) -> Kind | None:
-    return None if number == 0 else Kind((number - 1) // 4, bool((number - 1) // 2 % 2), bool((number - 1) % 2))
-
-
-def _ready(integrator: Integrator, acting: Acting, kind: Kind | None) -> many.Many:
+def _ready(integrator: Integrator, acting: Acting, carried: int | None) -> many.Many:
     if not compiled.ENABLED:
         return _in_python(integrator, acting)
-    made = many.one_by_one(integrator, acting) if kind is None else many.eight_at_once(integrator, acting, kind)
+    made = many.one_by_one(integrator, acting) if carried is None else many.eight_at_once(carried)
     numbers, whole = np.zeros(1), np.zeros(1, np.int64)
     return compiled.ready(made, numbers, numbers, 1, whole, whole, numbers, numbers, 1.0, numbers, numbers, 1, 0, 1)
 

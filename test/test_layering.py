@@ -39,7 +39,7 @@ ALLOWED = {  # a part, and the other parts of the package that it may import
     "groups": {"kernels", "values", "terms", "integrators", "scene", "stepping", "many_bodies"},
     "ensemble": {*PHYSICS, "integrators", "scene", "rate", "snapshot", "sentences", "stepping", "runs", *MANY},
     "first_start": CORE,
-    "resim": {*CORE, "commands", "bags", "scenarios"},
+    "resim": {*CORE, "commands", "bags", "scenarios", "ensemble"},
     "ros": {*CORE, "first_start", "commands", "messages", "bags", "resim", "command_line"},
     "report": {*CORE, "command_line"},
     "tools": {*CORE, "first_start", "ros", "bags", "scenarios", "resim", "command_line"},

@@ -3,7 +3,6 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
-from typing import NamedTuple
 
 from ..effects.base import NOTHING_ACTS
 from ..kernels.arrays import Floats
@@ -14,15 +13,6 @@ from ..kernels.state import SIZE, copy, is_finite
 from ..kernels.wrench import reduce_wrench
 from ..values.wrench import Wrench
 from .script import scripted, without_lock
-
-
-class Kind(NamedTuple):
-    """What a model of ``reduce_wrench`` says of how a body moves, by which kernels for eight at once differ."""
-
-    carried: int  # vectors
-    pushed: bool  # by a force in body axes
-    only_world_torque: bool
-
 
 Step = Callable[[Acting, Floats, Floats, Floats, float], bool]
 Loop = Callable[[Step, Acting], Steps]
@@ -76,8 +66,6 @@ class Integrator:
     one_evaluation: bool = False
     loop: Loop = step_by_step
     resisted: bool = False  # whether it takes drag and tethers into account
-    # Makes a kernel ``advance(state, model, h)`` of eight bodies, with the bits of ``step``; see kernels.symbols.
-    short_steps: Callable[[Kind, int], Callable[[Floats, Floats, float], int]] | None = None
     adaptive: bool = False  # whether it keeps its error below rtol inside each step
 
     def refusal(self, wrench: Wrench) -> str:

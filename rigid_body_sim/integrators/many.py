@@ -8,6 +8,7 @@ import math
 from collections.abc import Callable, Sequence
 from functools import cache
 
+from ..effects.base import NOTHING_ACTS
 from ..kernels.arrays import Floats, Integers
 from ..kernels.compiled import kernel
 from ..kernels.lock import give_up_lock, take_back_lock
@@ -31,10 +32,15 @@ from ..kernels.state import SIZE, L
 from ..kernels.straight_line import straight_line
 from ..kernels.symbols import BODIES
 from ..kernels.wrench import reduce_wrench
-from .base import TINY, Integrator, Kind, loop_of
+from . import taylor, taylor_lanes
+from .base import TINY, Integrator, loop_of
 from .script import COMMAND_SIZE, scripted
+from .taylor import SHORT
 
-BLOCK_SIZE = BODIES * (2 * SIZE + LEVERS)  # floats: states of eight, the same before a step, models
+# Where what belongs to eight bodies lies in a block: states, the same before a step, and as another way leads; models.
+STATE, BEFORE, OTHER, MODEL = (BODIES * SIZE * i for i in range(4))
+SCRATCH = MODEL + BODIES * LEVERS
+BLOCK_SIZE = SCRATCH + BODIES * taylor_lanes.SIZE
 
 # ``advance(states, models, width, which, counts, work, block, h, commands, kept, stride, since, every)``: each body of
 # ``which`` (indices) by as many steps as its entry in ``counts`` says, which then says how many were done; ``width`` is
@@ -83,25 +89,11 @@ def one_by_one(integrator: Integrator, acting: Acting) -> Many:
 
 
 @cache
-def eight_at_once(integrator: Integrator, acting: Acting, kind: Kind) -> Many:
-    """The kernel for bodies of a kind, of which each has the same number of steps to do."""
-    assert integrator.short_steps is not None
-    six, eight = (integrator.short_steps(kind, orders) for orders in (6, 8))
-    steps = kernel(loop_of(integrator, acting))
-    load_model = _loader(_slots(kind))
-
-    @kernel
-    def load_models(block: Floats, models: Floats, width: int, which: Integers) -> int:
-        """Returns for which bodies the model is not of the kind, as bits."""
-        others = 0
-        for lane in range(len(which)):
-            at = width * which[lane]
-            load_model(block, lane, models, at)
-            pushed = models[at + FORCE] != 0.0 or models[at + FORCE + 1] != 0.0 or models[at + FORCE + 2] != 0.0
-            only = models[at + ONLY_WORLD_TORQUE] != 0.0
-            if pushed != kind.pushed or only != kind.only_world_torque or int(models[at + N_CARRIED]) != kind.carried:
-                others |= 1 << lane
-        return others
+def eight_at_once(carried: int) -> Many:
+    """The kernel of ``taylor`` for bodies with so many carried vectors, of which each has as many steps to do."""
+    step_of_eight = _step_of_eight(carried)
+    steps = kernel(loop_of(taylor.INTEGRATOR, NOTHING_ACTS))
+    load_models = _model_loader(carried)
 
     @kernel
     def advance_eight(
@@ -119,31 +111,26 @@ def eight_at_once(integrator: Integrator, acting: Acting, kind: Kind) -> Many:
         since: int,
         every: int,
     ) -> None:
-        state, before = block[: BODIES * SIZE], block[BODIES * SIZE : 2 * BODIES * SIZE]
-        model = block[2 * BODIES * SIZE :]
-        for lane in range(len(which)):
-            _load_state(state, lane, states, SIZE * which[lane])
-        for lane in range(len(which), BODIES):  # the first one stands in for those that are missing
-            _load_state(state, lane, states, SIZE * which[0])
-            load_model(model, lane, models, width * which[0])
-        others = load_models(model, models, width, which)
-        going, few, at, to = (1 << len(which)) - 1, _are_slow(state, model, h), 0, 0
+        state, before = block[STATE:BEFORE], block[BEFORE:OTHER]
+        for lane in range(BODIES):  # the first one stands in for those that are missing
+            _load_state(state, lane, states, SIZE * which[lane if lane < len(which) else 0])
+        others = load_models(block, models, width, which)
+        going, mode, at, to = (1 << len(which)) - 1, _guess(block, h), 0, 0
         for step in range(counts[0]):
             if at < len(commands) and int(commands[at]) <= step:
                 while at < len(commands) and int(commands[at]) <= step:
                     at += COMMAND_SIZE
                 for lane in range(len(which)):
-                    _hold(models[width * which[lane] :], commands, at - COMMAND_SIZE)
-                others = load_models(model, models, width, which)
-                few = _are_slow(state, model, h)
+                    if going >> lane & 1:
+                        _hold(models[width * which[lane] :], commands, at - COMMAND_SIZE)
+                others = load_models(block, models, width, which)
+                mode = _guess(block, h)
             _copy(state, before)
-            done = six(state, model, h) if few else eight(state, model, h)
-            if few and done & going & ~others != going & ~others:
-                few = False
-                _copy(before, state)
-                done = eight(state, model, h)
+            done = 0
+            if mode != 0:
+                done, mode = step_of_eight(block, models, width * which[0], h, going & ~others, mode)
             for lane in range(BODIES):
-                if (going & (others | ~done)) >> lane & 1:
+                if (going & ~done) >> lane & 1:
                     i = which[lane]
                     own = states[SIZE * i : SIZE * (i + 1)]
                     _store_state(before, lane, own, 0)
@@ -187,17 +174,75 @@ def eight_at_once(integrator: Integrator, acting: Acting, kind: Kind) -> Many:
     return advance
 
 
+def _step_of_eight(carried: int) -> Callable[..., tuple[int, int]]:
+    six, eight, twelve = (taylor_lanes.step(carried, orders) for orders in (6, 8, 12))
+
+    @kernel
+    def step_of_eight(block: Floats, models: Floats, first: int, h: float, wanted: int, mode: int) -> tuple[int, int]:
+        """Advance those that are wanted, in ``mode`` orders or else in others; returns which, and in how many, or 0."""
+        state, other, model, scratch = block[STATE:BEFORE], block[OTHER:MODEL], block[MODEL:SCRATCH], block[SCRATCH:]
+        pushed, only = _is_pushed(models, first), models[first + ONLY_WORLD_TORQUE] != 0.0
+        rest, orders, best, target = wanted, mode, mode, state
+        while True:
+            if orders == 6:
+                done = six(target, model, scratch, h, pushed, only) & rest
+            elif orders == 8:
+                done = eight(target, model, scratch, h, pushed, only) & rest
+            else:
+                done = twelve(target, model, scratch, h, pushed, only) & rest
+            if target is not state:
+                _take_over(other, state, done)
+            if done != 0 and rest == wanted:
+                best = orders
+            rest &= ~done
+            # 6, 8, 12; or 8, 12; or 12, 8
+            coming = 8 if orders == 6 or (orders == 12 and mode == 12) else 12 if orders == 8 and mode != 12 else 0
+            if rest == 0 or coming == 0:
+                return wanted & ~rest, 0 if rest == wanted else best
+            _copy(block[BEFORE:OTHER], other)
+            orders, target = coming, other
+
+    return step_of_eight
+
+
+@kernel
+def _take_over(block: Floats, to: Floats, which: int) -> None:
+    for lane in range(BODIES):
+        if which >> lane & 1:
+            for i in range(SIZE):
+                to[BODIES * i + lane] = block[BODIES * i + lane]
+
+
+@kernel
+def _is_pushed(models: Floats, at: int) -> bool:
+    return models[at + FORCE] != 0.0 or models[at + FORCE + 1] != 0.0 or models[at + FORCE + 2] != 0.0
+
+
+def _model_loader(carried: int) -> Callable[[Floats, Floats, int, Integers], int]:
+    numbers = [*range(CARRIED, CARRIED + 3 * carried), *range(ARM_ROWS, ARM_ROWS + 12 * carried)]
+    load = _loader([MASS, MOST_MOMENTUM, SAFE_ANGULAR_MOMENTUM, *range(GYRO, REDUCED + 9 + 1), *numbers])
+
+    @kernel
+    def load_models(block: Floats, models: Floats, width: int, which: Integers) -> int:
+        """Put what short steps read of the models into a block; returns which are not like the first, as bits."""
+        others, first, model = 0, width * which[0], block[MODEL:SCRATCH]
+        for lane in range(BODIES):
+            at = width * which[lane if lane < len(which) else 0]
+            load(model, lane, models, at)
+            alike = _is_pushed(models, at) == _is_pushed(models, first)
+            alike = alike and models[at + ONLY_WORLD_TORQUE] == models[first + ONLY_WORLD_TORQUE]
+            if not (alike and int(models[at + N_CARRIED]) == carried):
+                others |= 1 << lane
+        return others
+
+    return load_models
+
+
 @kernel
 def _hold(model: Floats, commands: Floats, at: int) -> None:
     for i in range(12):
         model[WRENCH + i] = commands[at + 1 + i]
     reduce_wrench(model)
-
-
-def _slots(kind: Kind) -> list[int]:
-    """Of a model, what short steps read."""
-    carried = [*range(CARRIED, CARRIED + 3 * kind.carried), *range(ARM_ROWS, ARM_ROWS + 12 * kind.carried)]
-    return [MASS, MOST_MOMENTUM, SAFE_ANGULAR_MOMENTUM, *range(GYRO, REDUCED + 9 + 1), *carried]
 
 
 @kernel
@@ -207,17 +252,18 @@ def _copy(block: Floats, to: Floats) -> None:
 
 
 @kernel
-def _are_slow(state: Floats, model: Floats, h: float) -> bool:
-    """Whether none of eight bodies can turn by more than TINY in a step of h [s]: a guess at what they take."""
+def _guess(block: Floats, h: float) -> int:
+    """How many orders eight bodies probably need: by what the one that turns fastest, if it can, turns in a step."""
     fastest = 0.0
     for lane in range(BODIES):
         squared, least = 0.0, math.inf
         for i in range(3):
-            momentum = state[BODIES * (L + i) + lane]
+            momentum = block[STATE + BODIES * (L + i) + lane]
             squared += momentum * momentum
-            least = min(least, model[BODIES * (MOMENT_ROW + i) + lane])
+            least = min(least, block[MODEL + BODIES * (MOMENT_ROW + i) + lane])
         fastest = max(fastest, squared / (least * least))
-    return fastest * (h * h) < TINY * TINY
+    angle = math.sqrt(fastest) * h
+    return 6 if angle < TINY else 8 if angle < SHORT else 12
 
 
 def _loader(slots: Sequence[int]) -> Callable[[Floats, int, Floats, int], None]:

@@ -23,10 +23,10 @@ from ..kernels.model import CARRIED, FORCE, FORCE_WORLD, MASS, MOMENT_ROW, MOMEN
 from ..kernels.motion import Acting
 from ..kernels.row_vectors import crossed, rotated
 from ..kernels.series import HIGHEST_ORDER, NARROW
-from ..kernels.state import L, P, Q, X, add_compensated, add_row, align, body_momentum, is_thin, seems_finite
-from ..kernels.straight_line import in_lanes, straight_line
-from ..kernels.symbols import Row, chosen, picked, row
-from .base import SCRATCH, TINY, Integrator, Kind
+from ..kernels.state import L, P, Q, X, add_compensated, add_row, align, body_momentum, is_thin
+from ..kernels.straight_line import straight_line
+from ..kernels.symbols import Row, picked, row
+from .base import SCRATCH, TINY, Integrator
 
 SHORT = 0.02  # rad; a step that turns the body by less takes eight orders, nearly always
 TRIAL_ANGLE = 0.8  # rad; a trial step turns the body by about this much at most
@@ -79,7 +79,7 @@ def _substep(state: Floats, model: Floats, work: Floats, left: float) -> float:
     rate = math.sqrt(_turning(state, model, rows))
     if rate == 0.0:
         _set_constant_impulse(model, rows)
-        _fall_and_push(state, model, rows, left)
+        _fall_andpush(state, model, rows, left)
         return left
     # Taken from ``left`` without round-off: in a long step the sub-steps add up to the step, not to nearly that.
     trial = left if rate * left <= TRIAL_ANGLE else left - (left - TRIAL_ANGLE / rate)
@@ -179,7 +179,7 @@ def _translate(state: Floats, model: Floats, rows: Floats, order: int, f: float,
             _set_short_impulse(rows, model)
         else:
             series.set_impulse(rows, model, order, f)
-        _fall_and_push(state, model, rows, h)
+        _fall_andpush(state, model, rows, h)
 
 
 @straight_line
@@ -193,23 +193,23 @@ def _set_constant_impulse(model: Floats, rows: Floats) -> None:
 @straight_line
 def _fall(state: Floats, model: Floats, h: float) -> None:
     force = row(model, FORCE_WORLD, 4)
-    _push(state, model, h, force, 0.5 * force)
+    push(state, model, h, force, 0.5 * force)
 
 
 @straight_line
-def _fall_and_push(state: Floats, model: Floats, rows: Floats, h: float) -> None:
+def _fall_andpush(state: Floats, model: Floats, rows: Floats, h: float) -> None:
     once, twice = (row(rows, series.IMPULSE + at, 4)[[0, 1, 2, 0]] for at in (0, 4))
-    _fall_pushed(state, model, h, once, twice)
+    fall_pushed(state, model, h, once, twice)
 
 
-def _fall_pushed(state: Any, model: Any, h: Any, once: Row, twice: Row) -> None:
+def fall_pushed(state: Any, model: Any, h: Any, once: Row, twice: Row) -> None:
     """Add to P and x what the world force does in h [s], and that in body axes by ∫ R F dθ and ∬ R F dθ²."""
     force, q = row(model, FORCE_WORLD, 4), row(state, Q, 4)
     once, twice = rotated(q, once), rotated(q, twice)
-    _push(state, model, h, force + once, 0.5 * force + twice)
+    push(state, model, h, force + once, 0.5 * force + twice)
 
 
-def _push(state: Any, model: Any, h: Any, once: Row, twice: Row) -> None:
+def push(state: Any, model: Any, h: Any, once: Row, twice: Row) -> None:
     """Add to P and x what the forces ∫ F dθ and ∬ F dθ² do in h [s]."""
     moved = (h / model[MASS]) * (row(state, P, 4) + h * twice)
     add_row(state, X, picked(moved, _NOTHING, [0, 1, 2, 4]))
@@ -219,10 +219,11 @@ def _push(state: Any, model: Any, h: Any, once: Row, twice: Row) -> None:
 @straight_line
 def _turn(state: Floats, rows: Floats) -> None:
     """Advance q by the relative attitude 1 + d."""
-    _turn_by(state, row(rows, series.GAIN, 4))
+    turn_by(state, row(rows, series.GAIN, 4))
 
 
-def _turn_by(state: Any, d: Row) -> None:
+def turn_by(state: Any, d: Row) -> None:
+    """The same."""
     q = row(state, Q, 4)
     squares = q * q
     size = (squares[[0] * 4] + squares[[1] * 4]) + (squares[[2] * 4] + squares[[3] * 4])
@@ -235,10 +236,10 @@ def _turn_by(state: Any, d: Row) -> None:
 def _add_body_momentum(state: Floats, model: Floats, rows: Floats, half: float) -> None:
     """Advance L from the body's own; ``half`` of the trial step [s]."""
     w, d, gained = row(rows, series.RATES, 4), row(rows, series.GAIN, 4), row(rows, series.GAIN + 4, 4)
-    _add_momentum(state, model, w, d, gained, half)
+    add_momentum(state, model, w, d, gained, half)
 
 
-def _add_momentum(state: Any, model: Any, w: Row, d: Row, eta: Row, half: Any) -> None:
+def add_momentum(state: Any, model: Any, w: Row, d: Row, eta: Row, half: Any) -> None:
     """With l the angular momentum in principal axes, ΔL = R (Q l Q̄ − l₀) = R (Δl + 2 (s v × l + v × (v × l)))."""
     moments = row(model, MOMENT_ROW, 4)
     gained = moments * (eta / half)  # 1 / half would err the same way in each step
@@ -257,64 +258,6 @@ def _align_thin(state: Floats, model: Floats, work: Floats, half: float) -> None
     align(state, lx, lxl, ly, lyl, lz, lzl)
 
 
-def short_steps(kind: Kind, orders: int) -> Callable[[Floats, Floats, float], int]:
-    """The kernel that advances eight bodies of a kind by h [s], of those for which so many orders, 6 or 8, are enough.
-
-    It returns which those are. The state of the others is spoilt.
-    """
-
-    @in_lanes
-    def advance(state: Floats, model: Floats, h: float) -> int:
-        w = series.rates(state, model)
-        vectors, torque = series.carried_vectors(state, model, kind.carried)
-        angle = series.turning(w, torque, model).root * h
-        equations = series.trial(model, h, kind.carried)
-        found = list(equations.first_two((0.5 * h) * w, torque, vectors))
-        series.added_up_to(orders, 2, equations, found)
-        six = _six_are_enough(found, angle)
-        d, eta = series.gain(found, 6)
-        enough = six
-        if orders == NARROW:
-            d, eta = (chosen(six, few, more) for few, more in zip((d, eta), series.gain(found, NARROW), strict=True))
-            enough = six | _eight_are_enough(found, angle)
-        if kind.pushed:
-            _fall_pushed(state, model, h, *_impulse(model, found, six))
-        else:
-            force = row(model, FORCE_WORLD, 4)
-            _push(state, model, h, force, 0.5 * force)
-        if not kind.only_world_torque:
-            _add_momentum(state, model, w, d, eta, 0.5 * h)
-        elif kind.carried:
-            for i in range(3):
-                add_compensated(state, L + i, h * model[CARRIED + i])
-        _turn_by(state, d)
-        return (enough & (angle > 0.0) & seems_finite(state, model)).bits
-
-    return advance
-
-
-def _six_are_enough(orders: list[series.Order], angle: Any) -> Any:
-    """For which of eight bodies."""
-    last, before = series.sizes(orders, 6)
-    return (angle < TINY) & (last * last <= TOLERANCE * orders[1].size * before)
-
-
-def _eight_are_enough(orders: list[series.Order], angle: Any) -> Any:
-    """For which of eight bodies."""
-    last, before = series.sizes(orders, NARROW)
-    return (angle < SHORT) & (last * last <= TOLERANCE * orders[1].size * before)
-
-
-def _impulse(model: Any, orders: list[series.Order], six: Any) -> tuple[Row, Row]:
-    """∫ R F dθ and ∬ R F dθ² of eight bodies, of each from as many orders as its step takes."""
-    terms = [order.q for order in orders[1:]]
-    once, twice = series.few_orders_impulse(model, terms[:6])
-    if len(terms) == 6:
-        return once, twice
-    once_more, twice_more = series.few_orders_impulse(model, terms)
-    return chosen(six, once, once_more), chosen(six, twice, twice_more)
-
-
 INTEGRATOR = Integrator(
     name="taylor",
     order=None,
@@ -322,7 +265,6 @@ INTEGRATOR = Integrator(
     step=step,
     work_size=WORK_SIZE,
     reversible=True,
-    short_steps=short_steps,
     text=(
         "Taylor series of the equations of motion with order and sub-steps chosen in each step, and compensated "
         "summation. Exact to round-off at every rate for every wrench that is held between commands."

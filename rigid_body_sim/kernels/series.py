@@ -265,6 +265,15 @@ def added_up_to(last: int, careful: int, equations: Equations, orders: Any) -> t
     return q, eta
 
 
+def added_as_wide(last: int, equations: Equations, orders: list[Order]) -> None:
+    """Add orders up to ``last`` as ``more_orders`` does: its products are added up in another order."""
+    for k in range(len(orders) - 1, last):
+        found: list[Row] = [np.zeros(4)] * len(orders[0].left)
+        for j in (*range(2, k - 1), 1, k - 1):
+            found = _with_products(found, orders[j], orders[k - j])
+        orders.append(equations.next(k, found, orders[k], orders[0]))
+
+
 def gain(orders: Sequence[Order], last: int) -> tuple[Row, Row]:
     """Sums of all terms up to order ``last``, the small ones first."""
     q, eta = np.zeros(4), np.zeros(4)
@@ -311,9 +320,12 @@ def _products(orders: Any, k: int, count: int) -> list[Row]:
     """Coefficient k of so many products, without those with order 0; those with the newest order last."""
     found: list[Row] = [np.zeros(4)] * count
     for j in sorted(range(1, k), key=lambda j: max(j, k - j)):
-        left, right = orders[j].left, orders[k - j].right
-        found = [one + left[i] * right[i if i < 4 else 2 + i % 2] for i, one in enumerate(found)]
+        found = _with_products(found, orders[j], orders[k - j])
     return found
+
+
+def _with_products(found: Sequence[Row], a: Order, b: Order) -> list[Row]:
+    return [one + a.left[i] * b.right[i if i < 4 else 2 + i % 2] for i, one in enumerate(found)]
 
 
 def _kept_products(work: Any, k: Any, count: int) -> list[Row]:
@@ -407,6 +419,15 @@ def _impulse(model: Any, turn: Sequence[Row], weights: Row, second_weights: Row)
         for share, by in ((1.0, weights), (0.5, second_weights))
     )
     return row_of(*once, once[0]), row_of(*twice, twice[0])
+
+
+def impulse_of(model: Any, terms: Sequence[Row]) -> tuple[Row, Row]:
+    """What ``set_impulse`` finds over a whole step, from the terms of q of order 1 and up."""
+    times, weights, second_weights = _EIGHT_NODES
+    sums: list[Any] = [np.zeros(8) for _ in range(4)]
+    for q in reversed(terms):
+        sums = [times * (one + q[n]) for n, one in enumerate(sums)]
+    return _impulse(model, sums, weights, second_weights)
 
 
 def short_impulse(order: int) -> Callable[[Floats, Floats], None]:

@@ -95,6 +95,9 @@ class Symbol:
     def __le__(self, other: Any) -> "Symbol":
         return self._compared("<=", other)
 
+    def __ge__(self, other: Any) -> "Symbol":
+        return self._compared(">=", other)
+
     def __lt__(self, other: Any) -> "Symbol":
         return self._compared("<", other)
 
@@ -134,6 +137,9 @@ class Each(Symbol):
 
     def __rmul__(self, other: Any) -> Any:
         return Lanes([number * self for number in other.tolist()]) if isinstance(other, np.ndarray) else self * other
+
+    def __radd__(self, other: Any) -> Any:
+        return Lanes([number + self for number in other.tolist()]) if isinstance(other, np.ndarray) else self + other
 
 
 class Memory:

@@ -70,7 +70,7 @@ def _replay(scenario: Scenario, simulation: Simulation, progress: Progress) -> T
         motion[i] = then.motion
         if i % AT_ONCE == 0:
             progress(then.time)
-    return Track(motion, _hash(simulation), simulation.steps)
+    return Track(motion, state_hash(simulation), simulation.steps)
 
 
 class _Run:
@@ -88,7 +88,9 @@ class _Run:
         feed = self._feed
         feed.give_all()
         doubt = self._doubt() if feed.led_ns else ""
-        return Track(self._motion, _hash(self._simulation), self._simulation.steps, feed.refused, feed.reason, doubt)
+        return Track(
+            self._motion, state_hash(self._simulation), self._simulation.steps, feed.refused, feed.reason, doubt
+        )
 
     def _doubt(self) -> str:
         """Whether commands and poses were received as they are in lockstep: each command before the pose it led to."""
@@ -119,6 +121,7 @@ class _Run:
         self._taken, self._next = taken, steps[taken] if taken < len(steps) else math.inf
 
 
-def _hash(simulation: Simulation) -> str:
+def state_hash(simulation: Simulation) -> str:
+    """Of everything that decides how the motion would go on, but what is held."""
     state = simulation.save().state
     return hashlib.sha256(struct.pack(f"<{len(state)}d", *state)).hexdigest()[:16]

@@ -39,15 +39,23 @@ def of_bag(
     if bag.journal:
         _check_journal(bag, scene, choices)
     scenario = prepare(bag, scene, choices)
-    noted = _Noted(bag.path, scene)
     for sentence in scenario.notes:
         _log.info("%s: %s", bag.path, sentence)
+    rows, left_out = of_scenario(scenario, scene, bag.path)
+    if left_out:
+        _log.warning("%s: %s", bag.path, left_out)
+    return rows
+
+
+def of_scenario(scenario: Scenario, scene: Scene, path: Path | str = "the bag") -> tuple[Rows, str]:
+    """The same of a bag that is understood already, and what is left out; ``path`` is for the sentences."""
+    noted, left_out = _Noted(path, scene), ""
     if scenario.journal:
-        _follow_journal(bag, scenario, scene, noted)
+        _follow_journal(path, scenario, scene, noted)
     else:
-        _follow_commands(bag, scenario, scene, noted)
+        left_out = _follow_commands(scenario, scene, noted)
     steps = [step for step in noted.rows if step < noted.steps]  # the last step that is taken begins before the end
-    return steps, [noted.rows[step] for step in steps]
+    return (steps, [noted.rows[step] for step in steps]), left_out
 
 
 def _scene_in(bag: Bag, given: Scene | str | os.PathLike[str] | None) -> Scene:
@@ -82,7 +90,7 @@ def _check_journal(bag: Bag, scene: Scene, choices: Choices) -> None:
 class _Noted:
     """What is held, without a body: ``rows`` are the wrenches by the step from which on each is, ``steps`` is now."""
 
-    def __init__(self, path: Path, scene: Scene):
+    def __init__(self, path: Path | str, scene: Scene):
         name = scene["integrator.name"]
         self._asked = None if name == integrators.AUTO else integrators.get(name)
         self._path, self._rate = path, scene["rate"]
@@ -128,13 +136,14 @@ class _Noted:
         return f"step {self.steps} ({self.steps / self._rate:.9g} s)"
 
 
-def _follow_commands(bag: Bag, scenario: Scenario, scene: Scene, noted: _Noted) -> None:
-    """Note what is held, up to the last pose."""
+def _follow_commands(scenario: Scenario, scene: Scene, noted: _Noted) -> str:
+    """Note what is held, up to the last pose; returns what is left out, in words."""
     feed = CommandFeed(scenario, scene, noted, noted.advance, lambda time: None)
     feed.give_all()
-    if feed.refused:
-        what = "1 command is" if feed.refused == 1 else f"{feed.refused} commands are"
-        _log.warning("%s: %s left out, as the node does; the first: %s", bag.path, what, feed.reason)
+    if not feed.refused:
+        return ""
+    what = "1 command is" if feed.refused == 1 else f"{feed.refused} commands are"
+    return f"{what} left out, as the node does; the first: {feed.reason}"
 
 
 _CALLS: dict[str, Callable[..., None]] = {
@@ -143,7 +152,7 @@ _CALLS: dict[str, Callable[..., None]] = {
 }
 
 
-def _follow_journal(bag: Bag, scenario: Scenario, scene: Scene, noted: _Noted) -> None:
+def _follow_journal(path: Path | str, scenario: Scenario, scene: Scene, noted: _Noted) -> None:
     """Note what the node held, up to the last pose. Raises BagError for whatever else it did."""
     _, *calls = scenario.journal
     end_ns = int(scenario.receive_ns.max())
@@ -155,13 +164,13 @@ def _follow_journal(bag: Bag, scenario: Scenario, scene: Scene, noted: _Noted) -
         where = f"step {entry.step} of the journal"
         if entry.call not in _CALLS:
             what = _NO_WRENCH[entry.call]
-            raise BagError(f"{bag.path}: at {where} is {what}, which a schedule does not hold: {_INSTEAD}")
+            raise BagError(f"{path}: at {where} is {what}, which a schedule does not hold: {_INSTEAD}")
         if entry.step < noted.steps:
-            raise BagError(f"{bag.path}: {entry.call} at {where} lies before step {noted.steps}, which it had reached")
+            raise BagError(f"{path}: {entry.call} at {where} lies before step {noted.steps}, which it had reached")
         noted.advance(entry.step)
         try:
             _CALLS[entry.call](noted, **entry.values)
         except (AttributeError, KeyError, TypeError, ValueError) as reason:
             told = f"{type(reason).__name__}: {reason}" if not isinstance(reason, ValueError) else reason
-            raise BagError(f"{bag.path}: {entry.call} at {where} cannot be repeated: {told}") from None
+            raise BagError(f"{path}: {entry.call} at {where} cannot be repeated: {told}") from None
     noted.advance(scenario.last_step(scene["rate"]))

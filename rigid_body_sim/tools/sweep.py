@@ -27,7 +27,8 @@ import numpy as np
 from .. import __version__, first_start, integrators
 from ..bags.rosbags_support import BagError
 from ..kernels import compiled
-from ..resim import resimulating
+from ..kernels.arrays import Floats
+from ..resim import resimulating, together
 from ..resim.comparison import Comparison
 from ..scenarios.scenario import Scenario
 from ..scene import schema
@@ -291,17 +292,49 @@ def run(table: Table, scenario: Scenario, scene: Scene, runs: Runs) -> list[str]
     return lost
 
 
+def some_runs(work: Work, wanted: Sequence[Values]) -> list[dict[str, Any]]:
+    """The results of runs that take the commands alike, as the bodies of an ensemble where that can be."""
+    _warm()
+    scenario, scene, variations = work
+    try:
+        scenes = [changed(scene, variations, values) for values in wanted]
+        outcomes = together.run(scenario, scenes) if len(wanted) > 1 and compiled.ENABLED else None
+    except ValueError:
+        outcomes = None
+    if outcomes is None:
+        return [one_run(work, values) for values in wanted]
+    return [_results(scenario, one.poses, one.state, one.refusal) for one in outcomes]
+
+
+def _results(scenario: Scenario, poses: Floats, state: str, refusal: str = "") -> dict[str, Any]:
+    if refusal:
+        return {"refusal": refusal}
+    if scenario.recorded is None:
+        return {"state": state}
+    return {**Comparison(scenario.stamp_ns, scenario.recorded, poses).figures(), "state": state}
+
+
 def one_run(work: Work, values: Values) -> dict[str, Any]:
     """The results of one run; a sentence in place of them when it is refused or fails."""
-    _warm()
     scenario, scene, variations = work
     try:
         track = resimulating.run(scenario, changed(scene, variations, values))
     except (BagError, SimulationError, ValueError) as reason:
         return {"refusal": str(reason)}
-    if scenario.recorded is None:
-        return {"state": track.state}
-    return {**Comparison(scenario.stamp_ns, scenario.recorded, track.poses).figures(), "state": track.state}
+    return _results(scenario, track.poses, track.state)
+
+
+def batches(work: Work, wanted: Sequence[Values], workers: int) -> list[list[Values]]:
+    """What is given to a worker at a time: runs that take the commands alike, of which few are lost with a worker."""
+    scenario, _, variations = work
+    alike: dict[Values, list[Values]] = {}
+    for values in wanted:
+        key = tuple(
+            v for varied, v in zip(variations, values, strict=True) if not varied.name.startswith(together.OF_A_BODY)
+        )
+        alike.setdefault(key, []).append(values)
+    size = max(1, min(together.most(scenario), len(wanted) // (2 * workers)))
+    return [group[first : first + size] for group in alike.values() for first in range(0, len(group), size)]
 
 
 @functools.cache
@@ -321,9 +354,9 @@ def _begin(work: Work) -> None:
     _warm()
 
 
-def _one_run_here(values: Values) -> dict[str, Any]:
+def _some_runs_here(wanted: Sequence[Values]) -> list[dict[str, Any]]:
     assert _work is not None  # since _begin
-    return one_run(_work, values)
+    return some_runs(_work, wanted)
 
 
 def processes(count: int) -> Runs:
@@ -333,9 +366,9 @@ def processes(count: int) -> Runs:
         pool = futures.ProcessPoolExecutor(min(count, len(wanted)), get_context("spawn"), _begin, (work,))
         try:
             with _signals_put_off():
-                running = {pool.submit(_one_run_here, values): values for values in wanted}
+                running = {pool.submit(_some_runs_here, some): some for some in batches(work, wanted, count)}
             for future in futures.as_completed(running):
-                yield _outcome(future, running[future])
+                yield from _outcomes(future, running[future])
         finally:
             pool.shutdown(cancel_futures=True)
 
@@ -372,9 +405,10 @@ def dask(address: str) -> Runs:
             # Data that is part of a task: unlike scattered data, the scheduler can have it made again.
             warnings.filterwarnings("ignore", message="Sending large graph")
             shared = client.submit(pickle.loads, pickle.dumps(work), pure=False)
-            running = {client.submit(one_run, shared, values, pure=False): values for values in wanted}
+            several = batches(work, wanted, len(client.nthreads()))
+            running = {client.submit(some_runs, shared, some, pure=False): some for some in several}
             for future in as_completed(running):
-                yield _outcome(future, running[future])
+                yield from _outcomes(future, running[future])
 
     return runs
 
@@ -416,8 +450,10 @@ def about() -> str:
     return f"rigid_body_sim {__version__} with kernels {compiled.sources_digest()}"
 
 
-def _outcome(future: Any, values: Values) -> Outcome:
+def _outcomes(future: Any, wanted: Sequence[Values]) -> Iterator[Outcome]:
     try:
-        return values, future.result(), ""
-    except Exception as reason:  # the run itself tells what it refuses: here its process or its machine has failed
-        return values, None, f"{type(reason).__name__}: {reason}"
+        results = future.result()
+    except Exception as reason:  # the runs themselves tell what they refuse: here a process or a machine has failed
+        yield from ((values, None, f"{type(reason).__name__}: {reason}") for values in wanted)
+    else:
+        yield from ((values, one, "") for values, one in zip(wanted, results, strict=True))

@@ -57,7 +57,7 @@ def assert_same_bits(bag, scene, **choices):
         assert_array_equal(
             np.ascontiguousarray(getattr(trajectory, name)[rows]).view(np.int64), expected.view(np.int64)
         )
-    assert resimulating._hash(simulation) == track.state
+    assert resimulating.state_hash(simulation) == track.state
     assert np.ptp(track.motion, axis=0).max() > 0.1  # something moves
     return commands
 
@@ -102,6 +102,14 @@ def test_bag_that_begins_late(tmp_path):
     late = [entry for entry in messages if entry[1] > making.EPOCH_NS + 0.405e9]
     commands = assert_same_bits(making.make(tmp_path / "bag", late), BASE)
     assert commands.steps[0] == 0 and commands.steps[-1] < 0.58 * 500
+
+
+def test_hold_that_began_before_the_bag_has_what_is_left_of_its_time(tmp_path):
+    """From step 200 on for 50 steps, of which the bag has 40: its first pose is at step 210."""
+    sends = [runs.Send(401_000_000, "world", (1.0, 2.0, 3.0, 0.1, 0.2, 0.3))]
+    late = [entry for entry in runs.in_real_time(BASE, sends, SECONDS) if entry[1] > making.EPOCH_NS + 0.4009e9]
+    commands = assert_same_bits(making.make(tmp_path / "bag", late), BASE)
+    assert commands.steps.tolist() == [0, 40] and not commands.values[1].any()
 
 
 def test_integrator_that_takes_no_torque_leaves_out_what_the_node_does(tmp_path, caplog):
