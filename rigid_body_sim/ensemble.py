@@ -112,6 +112,8 @@ class Ensemble:
     @classmethod
     def from_scenes(cls, scenes: Sequence[Scene], threads: int = 1) -> "Ensemble":
         """One body for each scene, at its initial state. Raises ValueError where rates or integrators differ."""
+        if not scenes:
+            raise ValueError("an ensemble has at least one body; give at least one scene")
         for name in ("rate", "integrator.name"):
             if len({scene[name] for scene in scenes}) != 1:
                 raise ValueError(
@@ -140,6 +142,26 @@ class Ensemble:
 
     def __len__(self) -> int:
         return len(self._states)
+
+    def __repr__(self) -> str:
+        told = f", {len(self.stopped)} stopped" if self.stopped else ""
+        return f"Ensemble({len(self)} bodies at {self.time:g} s, {self.rate:g} Hz{told})"
+
+    def __getstate__(self) -> dict[str, Any]:
+        """For pickle and copy: what decides how it goes on. Kernels and threads are made anew."""
+        kept = ("_states", "_initial", "_origins", "_origin_steps", "steps", "stopped")
+        name = integrators.AUTO if self._groups.asked is None else self._groups.asked.name
+        made = self._bodies.terms, self.rate, name, self.threads
+        held = self._wrenches.copy(), self._groups.stiffness
+        return {"made": made, "held": held, "kept": {name: getattr(self, name) for name in kept}}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        (terms, *made), (wrenches, stiffness) = state["made"], state["held"]
+        self._begin(many_bodies.of_terms(terms), state["kept"]["_states"].copy(), *made)
+        self._groups.stiffness[:] = stiffness
+        self._write_wrenches(np.arange(len(terms)), wrenches)
+        for name, value in state["kept"].items():
+            setattr(self, name, value)
 
     @property
     def rate(self) -> float:
@@ -175,7 +197,10 @@ class Ensemble:
         Raises ValueError, and changes nothing, for another number of rows, forces at points, and a wrench that the
         integrator cannot be given, with the number of the body.
         """
-        wrenches = wrenches if isinstance(wrenches, Wrenches) else Wrenches.of(wrenches)
+        if isinstance(wrenches, Wrench):
+            wrenches = Wrenches.of(wrenches)
+        if not isinstance(wrenches, Wrenches):
+            raise TypeError(f"{wrenches!r}: give Wrenches, with a row for each body, or a Wrench for all")
         values = wrenches.for_bodies(len(self))
         self._groups.check(values)
         changed = np.flatnonzero((values != self._wrenches).any(1))
@@ -377,6 +402,8 @@ class Ensemble:
 
         Raises IndexError for another index.
         """
+        if not 0 <= i < len(self):
+            raise IndexError(f"there is no body {i}; they are 0 to {len(self) - 1}")
         terms, wrench, stiffness = self._bodies.terms[i], self.wrench(i), float(self._groups.stiffness[i])
         name = integrators.AUTO if self._groups.asked is None else self._groups.asked.name
         single = Simulation(terms.body, rate=self.rate, integrator=name, **terms.optional())

@@ -29,7 +29,10 @@ def count(n: int | None, **given: tuple[ArrayLike | None, tuple[tuple[int, ...],
     """How many bodies arrays are of: (array, shapes that one body's may have). Raises ValueError where they differ."""
     found = {"n": n} if n is not None else {}
     for name, (array, shapes) in given.items():
-        shape = np.shape(array) if array is not None else shapes[0]
+        try:
+            shape = np.shape(array) if array is not None else shapes[0]
+        except ValueError:
+            raise ValueError(f"{name} has rows of different lengths; give the same for each body") from None
         if shape not in shapes:
             if shape[1:] not in shapes:
                 wanted = " or ".join(str(("n", *one)).replace("'", "") for one in shapes)
@@ -38,7 +41,10 @@ def count(n: int | None, **given: tuple[ArrayLike | None, tuple[tuple[int, ...],
     if len(set(found.values())) > 1:
         said = ", ".join(f"{name} {rows}" for name, rows in found.items())
         raise ValueError(f"numbers of bodies differ: {said}; give one row for each body in all of them")
-    return next(iter(found.values()), 1)
+    bodies = next(iter(found.values()), 1)
+    if bodies < 1:
+        raise ValueError(f"{next(iter(found))} has no rows; give one for each body, of which there is at least one")
+    return bodies
 
 
 def rows(name: str, given: ArrayLike, n: int, shapes: Sequence[tuple[int, ...]]) -> Floats:

@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -66,6 +66,10 @@ class Terms:
         object.__setattr__(self, "rtol", float(rtol))
         object.__setattr__(self, "given", kept)
         object.__setattr__(self, "acting", {name: REGISTRY[name].acting(one) for name, one in kept.items()})
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """For pickle: what was given; kernels are made anew."""
+        return partial(Terms, self.body, **self.optional()), ()
 
     def changed(self, **terms: Any) -> "Terms":
         """The same with other terms, by the names that the constructor has for them. Raises as that does."""

@@ -1,5 +1,8 @@
 """Many bodies in one call: each has the bits of a Simulation of it alone, whatever its neighbours do."""
 
+import copy
+import pickle
+
 import numpy as np
 import pytest
 
@@ -220,6 +223,21 @@ def test_reset_of_some_and_of_all():
     assert ensemble.steps == 0 and np.array_equal(ensemble.state.angular_velocity, start.angular_velocity)
 
 
+@pytest.mark.parametrize("copied", [copy.deepcopy, lambda one: pickle.loads(pickle.dumps(one))])
+def test_a_copy_goes_on_with_the_same_bits(copied):
+    ensemble = Ensemble(**made(11), rate=1000.0, gravity=GRAVITY, drag=Drag(linear=(0.1, 0, 0)))
+    ensemble.set_wrench(Wrenches(torque_body=np.eye(3)[[0, 1, 2] * 3 + [0, 1]]))
+    ensemble.step(7)
+    other = copied(ensemble)
+    for one in (ensemble, other):
+        one.step(5)
+    assert np.array_equal(ensemble.state.position, other.state.position) and other.steps == 12
+    assert np.array_equal(ensemble.state.angular_velocity, other.state.angular_velocity)
+    other.reset()
+    assert ensemble.steps == 12 and other.steps == 0
+    assert repr(ensemble) == "Ensemble(11 bodies at 0.012 s, 1000 Hz)"
+
+
 def test_bodies_of_scenes(tmp_path):
     text = "/**:\n  ros__parameters:\n    rate: 200.0\n    body.mass: {}\n    drag.linear: [{}, 0.0, 0.0]\n"
     scenes = []
@@ -255,6 +273,8 @@ BODY = {"mass": 1.0, "inertia": (0.1, 0.2, 0.25)}
         ({"orientation": [(1, 0, 0, 0), (0, 0, 0, 0)]}, "row 1 of orientation: quaternion .* has norm 0"),
         ({"mass": "heavy"}, "mass holds what is no number"),
         ({"n": 0}, "n=0: give a whole number of at least 1"),
+        ({"mass": np.zeros(0)}, "mass has no rows; give one for each body"),
+        ({"inertia": [(1, 2, 2), (1, 2)]}, "inertia has rows of different lengths"),
         ({"threads": 0}, "threads=0: give a whole number"),
         ({"rate": 0.0}, "rate 0 Hz is not between"),
         ({"integrator": "euler"}, "integrator 'euler' is not known"),
@@ -296,6 +316,12 @@ def test_what_cannot_be_asked_of_it():
         ensemble.reset([5])
     with pytest.raises(ValueError, match="steps=-1: give a whole number of at least 0"):
         ensemble.step(-1)
+    with pytest.raises(IndexError, match="there is no body 7; they are 0 to 2"):
+        ensemble.simulation(7)
+    with pytest.raises(TypeError, match=r"\(0, 0, 1\): give Wrenches, with a row for each body"):
+        ensemble.set_wrench((0, 0, 1))
+    with pytest.raises(ValueError, match="at least one body; give at least one scene"):
+        Ensemble.from_scenes([])
     with pytest.raises(TypeError, match=r"the controller gave 3 at 0 s; give a Wrenches"):
         ensemble.run(steps=2, controller=lambda state, time: 3)
     with pytest.raises(ValueError, match="commands or a controller, not both"):

@@ -122,7 +122,14 @@ class Run:
             self._forward(min(until, done + control_every - done % control_every))
 
     def _control(self, controller: Any) -> None:
-        if (wrench := controller(self._simulation.state, self._simulation.time)) is None:
+        before = self._simulation.steps
+        wrench = controller(self._simulation.state, self._simulation.time)
+        if self._simulation.steps != before:
+            raise RuntimeError(
+                f"the controller took the simulation from step {before} to {self._simulation.steps}; "
+                "time is the run's: give a wrench, and leave steps and resets to it"
+            )
+        if wrench is None:
             return
         if not isinstance(wrench, self._inside.wrenches):
             given, wanted = f"{wrench!r} at {self._simulation.time:g} s", self._inside.wrenches[0].__name__
@@ -176,7 +183,11 @@ class Run:
 
 
 def agreed(commands: WrenchSchedule | None, controller: Any) -> WrenchSchedule:
-    """The commands of a run. Raises ValueError where a controller is given, too."""
+    """The commands of a run. Raises ValueError where a controller is given, too, TypeError for what is neither."""
+    if commands is not None and not isinstance(commands, WrenchSchedule):
+        raise TypeError(f"commands={commands!r}: give a WrenchSchedule")
+    if controller is not None and not callable(controller):
+        raise TypeError(f"controller={controller!r}: give a function of state and time")
     if commands is not None and controller is not None:
         raise ValueError("run takes commands or a controller, not both; a controller can follow a schedule itself")
     return WrenchSchedule([]) if commands is None else commands

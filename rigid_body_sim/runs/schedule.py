@@ -63,8 +63,13 @@ class WrenchSchedule:
 
     @classmethod
     def of(cls, steps: ArrayLike, wrenches: Sequence[Wrench]) -> "WrenchSchedule":
-        """The schedule that holds each of these wrenches from its step on. Raises ValueError for forces at points."""
+        """The schedule that holds each of these wrenches from its step on.
+
+        Raises ValueError for forces at points, and TypeError for what is no Wrench.
+        """
         for row, wrench in enumerate(wrenches):
+            if not isinstance(wrench, Wrench):
+                raise TypeError(f"row {row} of the schedule: {wrench!r} is no Wrench")
             if wrench.points:
                 raise ValueError(f"row {row} of the schedule: {wrench!r} has forces at points; a schedule takes none")
         values = np.array([wrench.values for wrench in wrenches]).reshape(-1, 12)

@@ -160,6 +160,23 @@ def test_steps_must_be_whole():
         simulation().run(steps=2.5)
 
 
+def test_commands_and_controller_must_be_such():
+    with pytest.raises(TypeError, match=r"commands=\[1, 2\]: give a WrenchSchedule"):
+        simulation().run(steps=5, commands=[1, 2])
+    with pytest.raises(TypeError, match="controller=3: give a function of state and time"):
+        simulation().run(steps=5, controller=3)
+
+
+@pytest.mark.parametrize("meddle", [lambda sim: sim.step(3), lambda sim: sim.reset()], ids=["steps", "resets"])
+def test_a_controller_leaves_time_alone(meddle):
+    sim = simulation()
+    sim.step(5)
+    with pytest.raises(
+        RuntimeError, match=r"the controller took the simulation from step 5 to [08]; time is the run's"
+    ):
+        sim.run(steps=5, controller=lambda state, time: meddle(sim))
+
+
 def test_a_controller_that_gives_something_else_is_told_so():
     with pytest.raises(TypeError, match=r"the controller gave \[0, 0, 1\] at 0 s; give a Wrench"):
         simulation().run(steps=5, controller=lambda state, time: [0, 0, 1])

@@ -75,3 +75,8 @@ def test_what_cannot_be_held_is_refused_with_its_row(given, sentence):
 def test_forces_at_points_are_refused():
     with pytest.raises(ValueError, match=r"row 0 of the schedule: .* has forces at points; a schedule takes none"):
         WrenchSchedule.of([0], [Wrench(points=[((0, 0, 1), (1, 0, 0))])])
+
+
+def test_what_is_no_wrench_is_refused():
+    with pytest.raises(TypeError, match="row 1 of the schedule: 3 is no Wrench"):
+        WrenchSchedule.of([0, 1], [Wrench(), 3])
