@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from . import integrators, many_bodies, sentences
 from .groups import Group, Groups
 from .integrators import Integrator, many
-from .integrators.script import COMMAND_SIZE
+from .integrators.script import COMMAND_SIZE, NOTHING, Script
 from .kernels import compiled
 from .kernels.arrays import Floats, Integers, Vector, zeros_on_a_line
 from .kernels.model import WRENCH
@@ -31,18 +31,6 @@ from .values.wrenches import Wrenches
 
 Controller = Callable[[States, float], Wrenches | Wrench | None]
 
-
-class Script(NamedTuple):
-    """What happens on the way: see integrators.many."""
-
-    commands: Floats
-    kept: Floats
-    stride: int
-    since: int
-    every: int
-
-
-_NO_SCRIPT = Script(np.zeros(0), np.zeros(0), 1, 0, 2**62)
 _WORTH_SORTING = 32  # steps in a call, from which on bodies that turn alike are put side by side
 _WORTH_A_THREAD = 4000  # steps of bodies in a call: what less takes is less than to wake threads
 _AT_REST = {"position": ZERO, "orientation": (1.0, 0.0, 0.0, 0.0), "velocity": ZERO, "angular_velocity": ZERO}
@@ -234,7 +222,7 @@ class Ensemble:
         if integrator.one_evaluation:
             since = self.steps - self._origin_steps[which]
             counts, self._states[which] = counts + since, self._origins[which]
-        self._call(group, counts, _NO_SCRIPT)
+        self._call(group, counts, NOTHING)
         if integrator.one_evaluation:
             counts -= since
         for k in np.flatnonzero(counts < n).tolist():
@@ -308,7 +296,7 @@ class Ensemble:
 
         def advance(first: int) -> None:
             part, scratch = slice(first, first + share), self._scratch_of(integrator, first)
-            kernel(states, models, width, which[part], counts[part], *scratch, self._rate.h, *script)
+            kernel(states, models, width, which[part], counts[part], *scratch, self._rate.h, script)
 
         parts = range(0, len(which), share)
         if len(parts) < 2 or counts.sum() < _WORTH_A_THREAD:

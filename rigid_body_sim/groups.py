@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from . import integrators
 from .integrators import Integrator, many, taylor
+from .integrators.script import NOTHING
 from .kernels import compiled
 from .kernels.arrays import Floats, Integers
 from .kernels.model import FORCE, MOMENTS, N_CARRIED, ONLY_WORLD_TORQUE
@@ -165,7 +166,7 @@ def _ready(integrator: Integrator, acting: Acting, carried: int | None) -> many.
         return _in_python(integrator, acting)
     made = many.one_by_one(integrator, acting) if carried is None else many.eight_at_once(carried)
     numbers, whole = np.zeros(1), np.zeros(1, np.int64)
-    return compiled.ready(made, numbers, numbers, 1, whole, whole, numbers, numbers, 1.0, numbers, numbers, 1, 0, 1)
+    return compiled.ready(made, numbers, numbers, 1, whole, whole, numbers, numbers, 1.0, NOTHING)
 
 
 def _in_python(integrator: Integrator, acting: Acting) -> many.Many:
@@ -181,7 +182,7 @@ def _in_python(integrator: Integrator, acting: Acting) -> many.Many:
         work: Floats,
         block: Floats,
         h: float,
-        *none: object,
+        script: object,
     ) -> None:
         rows = states.reshape(-1, SIZE)
         for k, i in enumerate(which.tolist()):

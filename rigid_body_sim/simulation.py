@@ -12,6 +12,7 @@ from . import integrators, sentences
 from .effects.drag import Drag
 from .effects.tether import Tether
 from .held import Held, steps_held
+from .integrators.script import Script
 from .kernels import compiled
 from .kernels import state as flat
 from .kernels.acceleration import acceleration_reader
@@ -323,8 +324,8 @@ class Simulation:
         return self._in_place if compiled.ENABLED and alone and self._origin_steps is None else ()
 
     def _follow(self, n: int, commands: Floats, kept: Floats, since: int, every: int) -> int:
-        script, work = self._stepping.script(self.integrator)
-        done = script(self._state, self._model, work, self._h, n, commands, kept, SIZE, since, every)
+        run, work = self._stepping.script(self.integrator)
+        done = run(self._state, self._model, work, self._h, n, Script(commands, kept, SIZE, since, every), 0)
         self.steps += done
         return done
 

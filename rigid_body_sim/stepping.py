@@ -7,6 +7,7 @@ import numpy as np
 
 from . import integrators
 from .integrators import Integrator, script_of, steps_of
+from .integrators.script import NOTHING, Scripted
 from .kernels import compiled
 from .kernels.arrays import Floats, zeros_on_a_line
 from .kernels.motion import Acting
@@ -40,7 +41,7 @@ def request(integrator: Integrator, acting: Acting) -> compiled.Request:
 
 def _script_request(integrator: Integrator, acting: Acting) -> compiled.Request:
     """The same for whole runs."""
-    return compiled.Request(script_of(integrator, acting), (*_examples(integrator), np.zeros(0), np.zeros(0), 1, 0, 1))
+    return compiled.Request(script_of(integrator, acting), (*_examples(integrator), NOTHING, 0))
 
 
 def _examples(integrator: Integrator) -> tuple[Any, ...]:
@@ -59,7 +60,7 @@ class Stepping:
         self.terms, self.asked, self.stiffness = terms, asked, None if asked or not terms.loads else math.nan
         self._h = h
         self._made: dict[str, tuple[compiled.Steps, Floats]] = {}
-        self._scripts: dict[str, compiled.Script] = {}
+        self._scripts: dict[str, Scripted] = {}
 
     def changed(self, terms: Terms) -> "Stepping":
         """The same for other terms: what was made ready stays, where the same loads act. Raises as the constructor."""
@@ -89,7 +90,7 @@ class Stepping:
         """The kernel ``steps(state, model, work, h, n)`` and its scratch space, of one that was made ready."""
         return self._made[integrator.name]
 
-    def script(self, integrator: Integrator) -> tuple[compiled.Script, Floats]:
+    def script(self, integrator: Integrator) -> tuple[Scripted, Floats]:
         """The same for whole runs. Its first use compiles it."""
         if integrator.name not in self._scripts:
             wanted = _script_request(integrator, self.terms.kernels)

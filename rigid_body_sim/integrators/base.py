@@ -6,13 +6,13 @@ from functools import cache
 
 from ..effects.base import NOTHING_ACTS
 from ..kernels.arrays import Floats
-from ..kernels.compiled import Script, Steps
+from ..kernels.compiled import Steps
 from ..kernels.lock import giving_way
 from ..kernels.motion import Acting
 from ..kernels.state import SIZE, copy, is_finite
 from ..kernels.wrench import reduce_wrench
 from ..values.wrench import Wrench
-from .script import scripted, without_lock
+from .script import Scripted, scripted, without_lock
 
 Step = Callable[[Acting, Floats, Floats, Floats, float], bool]
 Loop = Callable[[Step, Acting], Steps]
@@ -91,7 +91,7 @@ def steps_of(integrator: Integrator, acting: Acting) -> Steps:
 
 
 @cache
-def script_of(integrator: Integrator, acting: Acting) -> Script:
+def script_of(integrator: Integrator, acting: Acting) -> Scripted:
     """The same for whole runs: see ``scripted``."""
     return without_lock(scripted(loop_of(integrator, acting)))
 

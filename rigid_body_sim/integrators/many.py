@@ -34,7 +34,7 @@ from ..kernels.symbols import BODIES
 from ..kernels.wrench import reduce_wrench
 from . import taylor, taylor_lanes
 from .base import TINY, Integrator, loop_of
-from .script import COMMAND_SIZE, scripted
+from .script import COMMAND_SIZE, Script, scripted
 from .taylor import SHORT
 
 # Where what belongs to eight bodies lies in a block: states, the same before a step, and as another way leads; models.
@@ -42,10 +42,9 @@ STATE, BEFORE, OTHER, MODEL = (BODIES * SIZE * i for i in range(4))
 SCRATCH = MODEL + BODIES * LEVERS
 BLOCK_SIZE = SCRATCH + BODIES * taylor_lanes.SIZE
 
-# ``advance(states, models, width, which, counts, work, block, h, commands, kept, stride, since, every)``: each body of
-# ``which`` (indices) by as many steps as its entry in ``counts`` says, which then says how many were done; ``width`` is
-# the length of a row of the models. The rest is as in script.scripted, the same for all; what is kept of body i begins
-# at ``kept[26 * i]``.
+# ``advance(states, models, width, which, counts, work, block, h, script)``: each body of ``which`` (indices) by as many
+# steps as its entry in ``counts`` says, which then says how many were done; ``width`` is the length of a row of the
+# models. The script is the same for all; what is kept of body i begins at ``kept[26 * i]``.
 Many = Callable[..., None]
 
 
@@ -61,7 +60,7 @@ def write_wrenches(models: Floats, width: int, which: Integers, wrenches: Floats
 @cache
 def one_by_one(integrator: Integrator, acting: Acting) -> Many:
     """The kernel for bodies that an integrator advances under loads."""
-    script = kernel(scripted(loop_of(integrator, acting)))
+    run = kernel(scripted(loop_of(integrator, acting)))
 
     def advance(
         states: Floats,
@@ -72,17 +71,12 @@ def one_by_one(integrator: Integrator, acting: Acting) -> Many:
         work: Floats,
         block: Floats,
         h: float,
-        commands: Floats,
-        kept: Floats,
-        stride: int,
-        since: int,
-        every: int,
+        script: Script,
     ) -> None:
         thread = give_up_lock()
         for k in range(len(which)):
             i = which[k]
-            state, model, own = states[SIZE * i :], models[width * i :], kept[SIZE * i :]
-            counts[k] = script(state, model, work, h, counts[k], commands, own, stride, since, every)
+            counts[k] = run(states[SIZE * i :], models[width * i :], work, h, counts[k], script, SIZE * i)
         take_back_lock(thread)
 
     return advance
@@ -105,13 +99,9 @@ def eight_at_once(carried: int) -> Many:
         work: Floats,
         block: Floats,
         h: float,
-        commands: Floats,
-        kept: Floats,
-        stride: int,
-        since: int,
-        every: int,
+        script: Script,
     ) -> None:
-        state, before = block[STATE:BEFORE], block[BEFORE:OTHER]
+        state, before, commands, since = block[STATE:BEFORE], block[BEFORE:OTHER], script.commands, script.since
         for lane in range(BODIES):  # the first one stands in for those that are missing
             _load_state(state, lane, states, SIZE * which[lane if lane < len(which) else 0])
         others = load_models(block, models, width, which)
@@ -140,11 +130,11 @@ def eight_at_once(carried: int) -> Many:
                         going &= ~(1 << lane)
                         counts[lane] = step
             since += 1
-            if since == every:
+            if since == script.every:
                 for lane in range(BODIES):
                     if going >> lane & 1:
-                        _store_state(state, lane, kept, to + SIZE * which[lane])
-                to += stride
+                        _store_state(state, lane, script.kept, to + SIZE * which[lane])
+                to += script.stride
                 since = 0
         for lane in range(BODIES):
             if going >> lane & 1:
@@ -159,16 +149,12 @@ def eight_at_once(carried: int) -> Many:
         work: Floats,
         block: Floats,
         h: float,
-        commands: Floats,
-        kept: Floats,
-        stride: int,
-        since: int,
-        every: int,
+        script: Script,
     ) -> None:
         thread = give_up_lock()
         for k in range(0, len(which), BODIES):
             some, their = which[k : k + BODIES], counts[k : k + BODIES]
-            advance_eight(states, models, width, some, their, work, block, h, commands, kept, stride, since, every)
+            advance_eight(states, models, width, some, their, work, block, h, script)
         take_back_lock(thread)
 
     return advance

@@ -42,8 +42,6 @@ def sources_digest() -> str:
 
 
 Steps = Callable[[Floats, Floats, Floats, float, int], int]  # what advances a state: see integrators.base
-# The same under commands, which keeps states: see integrators.script.
-Script = Callable[[Floats, Floats, Floats, float, int, Floats, Floats, int, int, int], int]
 
 # Kernels create no arrays, so numba need not count references to them: without `_nrt` it does so at every inner call,
 # which made a step 1.6 times slower. Python's and numpy's rules of arithmetic are kept: no fast-math, so results are
