@@ -121,7 +121,8 @@ class Ensemble:
         self._pool: ThreadPoolExecutor | None = None
         self._scratch: dict[tuple[str, int], tuple[Floats, Floats]] = {}
         numbers = np.zeros(1)
-        self._write = compiled.ready(many.write_wrenches, numbers, 1, np.zeros(1, np.int64), numbers)
+        whole = np.zeros(1, np.int64)
+        self._write = compiled.ready(many.write_wrenches, numbers, 1, whole, numbers, whole)
         self._write_wrenches(np.arange(len(states)), np.zeros((len(states), 12)))
 
     def __len__(self) -> int:
@@ -145,7 +146,7 @@ class Ensemble:
     @property
     def integrators(self) -> list[str]:
         """Of each body, the name of the integrator that advances it now."""
-        return self._groups.names(self._wrenches)
+        return self._groups.names
 
     @property
     def _wrenches(self) -> Floats:
@@ -165,15 +166,16 @@ class Ensemble:
         wrenches = wrenches if isinstance(wrenches, Wrenches) else Wrenches.of(wrenches)
         values = wrenches.for_bodies(len(self))
         self._groups.check(values)
-        changed = np.flatnonzero((values != self._wrenches).any(1))
-        if len(changed):
-            self._write_wrenches(changed, values[changed])
+        self._write_wrenches(np.arange(len(self)), values)
 
     def _write_wrenches(self, which: Integers, values: Floats) -> None:
-        models = self._bodies.models
-        self._write(models.reshape(-1), models.shape[1], which, np.ascontiguousarray(values).reshape(-1))
-        self._groups.find(self._wrenches)
-        self._mark_origins(which)
+        """Bodies ``which`` hold these values; the order of ``which`` does not last."""
+        models, kinds, numbers = self._bodies.models, self._groups.wrench_kinds, np.ascontiguousarray(values)
+        before = kinds.copy()
+        n = self._write(models.reshape(-1), models.shape[1], which, numbers.reshape(-1), kinds)
+        if not np.array_equal(kinds, before):
+            self._groups.find()
+        self._mark_origins(which[:n])
 
     def _mark_origins(self, which: Integers) -> None:
         """From here on, closed forms are evaluated from the present states of these bodies."""
@@ -204,7 +206,7 @@ class Ensemble:
     def _go_on(self, i: int, done: int, n: int, integrator: Integrator) -> None:
         """A body has done only so many of n steps: as a stiff one it may do the rest, else it has stopped."""
         if self._groups.turn_stiff(i):
-            self._groups.find(self._wrenches)
+            self._groups.find()
             self._advance(self._groups.group_of(i)._replace(which=np.array([i])), n - done)
             return
         step = self.steps + done + 1
@@ -302,10 +304,11 @@ class Ensemble:
 
     def _set_free(self, bodies: Integers) -> None:
         """After their states were changed from outside."""
-        for i in bodies.tolist():
-            self.stopped.pop(i, None)
-        self._groups.measure(self._states, bodies)
-        self._groups.find(self._wrenches)
+        if self.stopped:
+            for i in bodies.tolist():
+                self.stopped.pop(i, None)
+        if self._groups.measure(self._states, bodies):
+            self._groups.find()
         self._mark_origins(bodies)
 
     def simulation(self, i: int) -> Simulation:

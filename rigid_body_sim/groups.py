@@ -11,7 +11,7 @@ from .integrators import Integrator, many
 from .integrators.base import Kind
 from .kernels import compiled
 from .kernels.arrays import Floats, Integers
-from .kernels.model import FORCE, MOMENTS, N_CARRIED, ONLY_WORLD_TORQUE
+from .kernels.model import MOMENTS
 from .kernels.motion import Acting
 from .kernels.state import SIZE, THIN
 from .kernels.stiffness import spectral_radius
@@ -25,7 +25,7 @@ _TURNING = [0, 1, 2, 3, 4, 5, 9, 10, 11]  # of Wrench.values: all but the force 
 _ALL = list(integrators.REGISTRY.values())
 _AT_ONCE = np.array([one.short_steps is not None and compiled.ENABLED for one in _ALL])
 _CLOSED = np.array([one.one_evaluation for one in _ALL])
-_KINDS = 32  # numbers that _kinds may give
+_KINDS = 32  # more than the numbers of any Kind, after one that says none
 
 
 class Group(NamedTuple):
@@ -57,17 +57,19 @@ class Groups:
         moments = bodies.models[:, MOMENTS : MOMENTS + 3]
         self._thin = moments.max(1) > THIN * moments.min(1)
         self.stiffness = np.full(len(bodies.terms), math.nan)
+        self.wrench_kinds: Integers = np.full(len(bodies.terms), many.UNKNOWN)  # see many.wrench_kind
         self._kernels: dict[tuple[str, Acting, Kind | None], many.Many] = {}
         self.all: list[Group] = []
         self._code: Integers = np.zeros(0, np.int64)
         self.in_closed_form: NDArray[np.bool_] = np.zeros(0, bool)
 
-    def measure(self, states: Floats, which: Integers) -> None:
-        """Find how stiff the motion of these bodies is, where that decides; see Stepping.prepare."""
-        if self.asked is None:
-            for i in which[self._loaded[which]].tolist():
-                acting = self._acting[self._acts[i]]
-                self.stiffness[i] = spectral_radius(acting, states[i], self._models[i]) * self._h
+    def measure(self, states: Floats, which: Integers) -> bool:
+        """Find how stiff the motion of these bodies is, where that decides; see Stepping.prepare. False if nowhere."""
+        loaded = [] if self.asked else which[self._loaded[which]].tolist()
+        for i in loaded:
+            acting = self._acting[self._acts[i]]
+            self.stiffness[i] = spectral_radius(acting, states[i], self._models[i]) * self._h
+        return bool(loaded)
 
     def turn_stiff(self, i: int) -> bool:
         """Count the motion of a body as stiff, as it grew too fast for the explicit method; False if it was."""
@@ -84,12 +86,11 @@ class Groups:
             refusal = self.asked.refusal(Wrench(*values[i].reshape(4, 3).tolist()))
             raise ValueError(f"body {i}: {refusal}")
 
-    def find(self, wrenches: Floats) -> None:
-        """Make the groups anew, where the wrenches (n, 12) in the models, or a stiffness, lead to others."""
-        integrator = self._choices(wrenches)
-        code: Integers = (integrator * len(self._acting) + self._acts) * _KINDS + np.where(
-            _AT_ONCE[integrator], self._kinds(), 0
-        )
+    def find(self) -> None:
+        """Make the groups anew, where the kinds of the wrenches, or a stiffness, lead to others."""
+        integrator = self._choices()
+        kind = np.where(_AT_ONCE[integrator] & ~self._thin, 1 + self.wrench_kinds // 2, 0)
+        code: Integers = (integrator * len(self._acting) + self._acts) * _KINDS + kind
         if np.array_equal(code, self._code):
             return
         self._code, self.in_closed_form = code, _CLOSED[integrator]
@@ -105,29 +106,20 @@ class Groups:
         """The group of a body."""
         return next(group for group in self.all if i in group.which)
 
-    def names(self, wrenches: Floats) -> list[str]:
+    @property
+    def names(self) -> list[str]:
         """Name of the integrator that is right for each body."""
-        return [_ALL[i].name for i in self._choices(wrenches).tolist()]
+        return [_ALL[i].name for i in self._choices().tolist()]
 
-    def _choices(self, wrenches: Floats) -> Integers:
+    def _choices(self) -> Integers:
         """The same as places in the registry."""
         if self.asked is not None:
-            return np.full(len(wrenches), _ALL.index(self.asked))
-        turned = self._turning.copy()
-        for i in _TURNING:
-            turned |= wrenches[:, i] != 0.0
+            return np.full(len(self._acts), _ALL.index(self.asked))
+        turned = self._turning | (self.wrench_kinds % 2 == 1)
         found = np.where(turned, _place(True, None), _place(False, None))
         for i in self._with_loads:
             found[i] = _place(bool(turned[i]), float(self.stiffness[i]))
         return found
-
-    def _kinds(self) -> Integers:
-        """Of each body a number that says its Kind, 0 where it cannot be one of eight at once."""
-        models = self._models
-        x, y, z = (models[:, FORCE + i] != 0.0 for i in range(3))
-        pushed = x | y | z
-        number = 1 + 4 * models[:, N_CARRIED] + 2 * pushed + (models[:, ONLY_WORLD_TORQUE] != 0.0)
-        return np.where(self._thin, 0, number).astype(np.int64)
 
     def _kernel(self, integrator: Integrator, acting: Acting, kind: Kind | None) -> many.Many:
         if (key := (integrator.name, acting, kind)) not in self._kernels:
@@ -140,6 +132,7 @@ def _place(turned: bool, stiffness: float | None) -> int:
 
 
 def _kind_of(number: int) -> Kind | None:
+    """From what many.wrench_kind says, halved and plus 1."""
     return None if number == 0 else Kind((number - 1) // 4, bool((number - 1) // 2 % 2), bool((number - 1) % 2))
 
 
