@@ -1,4 +1,4 @@
-"""Arrows between the parts of the package point one way only; ROS and numba stay where they belong."""
+"""Arrows between the parts of the package point one way only; ROS, numba and gymnasium stay where they belong."""
 
 import ast
 import re
@@ -35,6 +35,7 @@ ALLOWED = {  # a part, and the other parts of the package that it may import
     "many_bodies": {"kernels", "values", "terms"},
     "groups": {"kernels", "values", "terms", "integrators", "scene", "stepping", "many_bodies"},
     "ensemble": {*PHYSICS, "integrators", "scene", "rate", "snapshot", "sentences", "stepping", "runs", *MANY},
+    "envs": {"kernels", "values", "runs", "ensemble"},
     "first_start": CORE,
     "commands": {"values", "scene"},
     "bags": {*CORE, "commands", "messages"},
@@ -99,6 +100,8 @@ def complaints(text, module):
             yield f"{module} imports {name}: only ros and tools may use ROS"
         if name.split(".")[0] == "numba" and module.removeprefix("rigid_body_sim.") not in NUMBA_HOMES:
             yield f"{module} imports {name}: only {' and '.join(NUMBA_HOMES)} may use numba"
+        if name.split(".")[0] == "gymnasium" and home != "envs":
+            yield f"{module} imports {name}: only envs may use gymnasium"
 
 
 MODULES = {".".join(path.relative_to(PACKAGE.parent).with_suffix("").parts): path for path in PACKAGE.rglob("*.py")}
@@ -135,6 +138,7 @@ def test_arrows_have_no_circle():
             "many_bodies",
             "groups",
             "ensemble",
+            "envs",
             "first_start",
             "commands",
             "bags",
@@ -213,6 +217,7 @@ BAD = {  # a module, its text, and what is said about it
         "only kernels.compiled and kernels.kernel_cache and kernels.lock and kernels.quick_compiling and "
         "kernels.straight_line may use numba",
     ),
+    "gymnasium elsewhere": ("runs.running", "from gymnasium import spaces", "only envs may use gymnasium"),
 }
 
 
