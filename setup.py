@@ -44,12 +44,14 @@ setup(
         "report": ["matplotlib", "mpmath", "tqdm"],
         "bag": ["mcap>=1.5", "rosbags>=0.11", "tqdm"],
         "dask": ["distributed"],
+        "rl": ["gymnasium>=1.1"],
         "arrays": ["matplotlib", "pandas", "tqdm"],  # what trajectories are shown with
         # What the adapters in bench/peers drive.
         # bsk is Basilisk and pin is Pinocchio; the names "basilisk" and "pinocchio" on PyPI are other projects.
         "peers": ["bsk", "diffrax", "drake", "heyoka", "jax", "mujoco", "pin", "scipy"],
         "test": [
             "distributed",
+            "gymnasium>=1.1",
             "hypothesis",
             "mcap>=1.5",
             "mcap-ros2-support",

@@ -125,7 +125,8 @@ class Ensemble:
         self._pool: ThreadPoolExecutor | None = None
         self._scratch: dict[tuple[str, int], tuple[Floats, Floats]] = {}
         numbers = np.zeros(1)
-        self._write = compiled.ready(many.write_wrenches, numbers, 1, np.zeros(1, np.int64), numbers)
+        whole = np.zeros(1, np.int64)
+        self._write = compiled.ready(many.write_wrenches, numbers, 1, whole, numbers, whole)
         self._write_wrenches(np.arange(len(states)), np.zeros((len(states), 12)))
 
     def __len__(self) -> int:
@@ -148,6 +149,7 @@ class Ensemble:
         self._begin(many_bodies.of_terms(terms), state["kept"]["_states"].copy(), *made)
         self._groups.stiffness[:] = stiffness
         self._write_wrenches(np.arange(len(terms)), wrenches)
+        self._groups.find()
         for name, value in state["kept"].items():
             setattr(self, name, value)
 
@@ -169,7 +171,7 @@ class Ensemble:
     @property
     def integrators(self) -> list[str]:
         """Of each body, the name of the integrator that advances it now."""
-        return self._groups.names(self._wrenches)
+        return self._groups.names
 
     @property
     def _wrenches(self) -> Floats:
@@ -191,15 +193,16 @@ class Ensemble:
             raise TypeError(f"{wrenches!r}: give Wrenches, with a row for each body, or a Wrench for all")
         values = wrenches.for_bodies(len(self))
         self._groups.check(values)
-        changed = np.flatnonzero((values != self._wrenches).any(1))
-        if len(changed):
-            self._write_wrenches(changed, values[changed])
+        self._write_wrenches(np.arange(len(self)), values)
 
     def _write_wrenches(self, which: Integers, values: Floats) -> None:
-        models = self._bodies.models
-        self._write(models.reshape(-1), models.shape[1], which, np.ascontiguousarray(values).reshape(-1))
-        self._groups.find(self._wrenches)
-        self._mark_origins(which)
+        """Bodies ``which`` hold these values; the order of ``which`` does not last."""
+        models, kinds, numbers = self._bodies.models, self._groups.wrench_kinds, np.ascontiguousarray(values)
+        before = kinds.copy()
+        n = self._write(models.reshape(-1), models.shape[1], which, numbers.reshape(-1), kinds)
+        if not np.array_equal(kinds, before):
+            self._groups.find()
+        self._mark_origins(which[:n])
 
     def _mark_origins(self, which: Integers) -> None:
         """From here on, closed forms are evaluated from the present states of these bodies."""
@@ -231,7 +234,7 @@ class Ensemble:
     def _go_on(self, i: int, done: int, n: int, integrator: Integrator) -> None:
         """A body has done only so many of n steps: as a stiff one it may do the rest, else it has stopped."""
         if self._groups.turn_stiff(i):
-            self._groups.find(self._wrenches)
+            self._groups.find()
             self._advance(self._groups.group_of(i)._replace(which=np.array([i])), n - done)
             return
         step = self.steps + done + 1
@@ -256,6 +259,9 @@ class Ensemble:
             self._call(group._replace(which=which), counts, script)
             for k in np.flatnonzero(counts < n).tolist():
                 self._finish(int(which[k]), int(counts[k]), n, script, keeps)
+        if len(commands):
+            self._groups.wrench_kinds[:] = many.UNKNOWN
+            self._write_wrenches(np.arange(len(self)), self._wrenches.copy())
         self.steps += n
         return n
 
@@ -277,6 +283,7 @@ class Ensemble:
                 keeps[(script.since + done) // script.every - 1, i] = state
         self._states[i] = single.save().state
         self._groups.keep_stiffness(i, single.save().stiffness)
+        self._groups.find()
 
     def _call(self, group: Group, counts: Integers, script: Script) -> None:
         """Advance bodies, with as many threads as there are; ``counts`` says how far each is to go, and came."""
@@ -379,10 +386,11 @@ class Ensemble:
 
     def _set_free(self, bodies: Integers) -> None:
         """After their states were changed from outside."""
-        for i in bodies.tolist():
-            self.stopped.pop(i, None)
-        self._groups.measure(self._states, bodies)
-        self._groups.find(self._wrenches)
+        if self.stopped:
+            for i in bodies.tolist():
+                self.stopped.pop(i, None)
+        if self._groups.measure(self._states, bodies):
+            self._groups.find()
         self._mark_origins(bodies)
 
     def simulation(self, i: int, *, ahead: int = 0) -> Simulation:

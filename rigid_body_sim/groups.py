@@ -11,7 +11,7 @@ from .integrators import Integrator, many, taylor
 from .integrators.script import NOTHING
 from .kernels import compiled
 from .kernels.arrays import Floats, Integers
-from .kernels.model import FORCE, MOMENTS, N_CARRIED, ONLY_WORLD_TORQUE
+from .kernels.model import MOMENTS
 from .kernels.motion import Acting
 from .kernels.state import SIZE, THIN, L
 from .kernels.stiffness import spectral_radius
@@ -25,7 +25,7 @@ _TURNING = [0, 1, 2, 3, 4, 5, 9, 10, 11]  # of Wrench.values: all but the force 
 _ALL = list(integrators.REGISTRY.values())
 _AT_ONCE = np.array([one is taylor.INTEGRATOR and compiled.ENABLED for one in _ALL])
 _CLOSED = np.array([one.one_evaluation for one in _ALL])
-_KINDS = 5  # numbers that _kinds may give
+_KINDS = 32  # more than there are numbers of kinds: see find
 
 
 class Group(NamedTuple):
@@ -57,17 +57,19 @@ class Groups:
         moments = bodies.models[:, MOMENTS : MOMENTS + 3]
         self._thin = moments.max(1) > THIN * moments.min(1)
         self.stiffness = np.full(len(bodies.terms), math.nan)
+        self.wrench_kinds: Integers = np.full(len(bodies.terms), many.UNKNOWN)  # see many.wrench_kind
         self._kernels: dict[tuple[str, Acting, int | None], many.Many] = {}
         self.all: list[Group] = []
         self._code: Integers = np.zeros(0, np.int64)
         self.in_closed_form: NDArray[np.bool_] = np.zeros(0, bool)
 
-    def measure(self, states: Floats, which: Integers) -> None:
-        """Find how stiff the motion of these bodies is, where that decides; see Stepping.prepare."""
-        if self.asked is None:
-            for i in which[self._loaded[which]].tolist():
-                acting = self._acting[self._acts[i]]
-                self.stiffness[i] = spectral_radius(acting, states[i], self._models[i]) * self._h
+    def measure(self, states: Floats, which: Integers) -> bool:
+        """Find how stiff the motion of these bodies is, where that decides; see Stepping.prepare. False if nowhere."""
+        loaded = [] if self.asked else which[self._loaded[which]].tolist()
+        for i in loaded:
+            acting = self._acting[self._acts[i]]
+            self.stiffness[i] = spectral_radius(acting, states[i], self._models[i]) * self._h
+        return bool(loaded)
 
     def turn_stiff(self, i: int) -> bool:
         """Count the motion of a body as stiff, as it grew too fast for the explicit method; False if it was."""
@@ -95,12 +97,11 @@ class Groups:
             refusal = self.asked.refusal(Wrench(*values[i].reshape(4, 3).tolist()))
             raise ValueError(f"body {i}: {refusal}")
 
-    def find(self, wrenches: Floats) -> None:
-        """Make the groups anew, where the wrenches (n, 12) in the models, or a stiffness, lead to others."""
-        integrator = self._choices(wrenches)
-        code: Integers = (integrator * len(self._acting) + self._acts) * _KINDS + np.where(
-            _AT_ONCE[integrator], self._kinds(), 0
-        )
+    def find(self) -> None:
+        """Make the groups anew, where the kinds of the wrenches, or a stiffness, lead to others."""
+        integrator = self._choices()
+        kind = np.where(_AT_ONCE[integrator] & ~self._thin, 1 + self.wrench_kinds // 2, 0)
+        code: Integers = (integrator * len(self._acting) + self._acts) * _KINDS + kind
         if np.array_equal(code, self._code):
             return
         self._code, self.in_closed_form = code, _CLOSED[integrator]
@@ -110,46 +111,33 @@ class Groups:
         number, kind = divmod(code, _KINDS)
         integrator, acting = divmod(number, len(self._acting))
         one = _ALL[integrator]
-        return Group(self._alike(which), one, self._kernel(one, self._acting[acting], kind - 1 if kind else None))
-
-    def _alike(self, which: Integers) -> Integers:
-        """In an order in which neighbours, which are advanced together, leave out the same."""
-        return which[np.lexsort(self._leave_out(which))]
-
-    def _leave_out(self, which: Integers) -> tuple[Floats, Floats]:
-        models = self._models[which]
-        return models[:, ONLY_WORLD_TORQUE], np.any(models[:, FORCE : FORCE + 3], axis=1)
+        carried = (kind - 1) // 4 if kind else None
+        return Group(which, one, self._kernel(one, self._acting[acting], carried))
 
     def by_speed(self, which: Integers, states: Floats) -> Integers:
-        """Places of bodies in an order in which neighbours also turn about as fast."""
+        """Places of bodies in an order in which neighbours, which are advanced together, turn about as fast."""
         moments = self._models[which, MOMENTS : MOMENTS + 3]
         spin = np.linalg.norm(states[which, L : L + 3], axis=1) / moments.min(1)
-        order: Integers = np.lexsort((spin, *self._leave_out(which)))
-        return order
+        return np.argsort(spin, kind="stable")
 
     def group_of(self, i: int) -> Group:
         """The group of a body."""
         return next(group for group in self.all if i in group.which)
 
-    def names(self, wrenches: Floats) -> list[str]:
+    @property
+    def names(self) -> list[str]:
         """Name of the integrator that is right for each body."""
-        return [_ALL[i].name for i in self._choices(wrenches).tolist()]
+        return [_ALL[i].name for i in self._choices().tolist()]
 
-    def _choices(self, wrenches: Floats) -> Integers:
+    def _choices(self) -> Integers:
         """The same as places in the registry."""
         if self.asked is not None:
-            return np.full(len(wrenches), _ALL.index(self.asked))
-        turned = self._turning.copy()
-        for i in _TURNING:
-            turned |= wrenches[:, i] != 0.0
+            return np.full(len(self._acts), _ALL.index(self.asked))
+        turned = self._turning | (self.wrench_kinds % 2 == 1)
         found = np.where(turned, _place(True, None), _place(False, None))
         for i in self._with_loads:
             found[i] = _place(bool(turned[i]), float(self.stiffness[i]))
         return found
-
-    def _kinds(self) -> Integers:
-        """Of each body the number of its carried vectors and one, 0 where it cannot be one of eight at once."""
-        return np.where(self._thin, 0, 1 + self._models[:, N_CARRIED]).astype(np.int64)
 
     def _kernel(self, integrator: Integrator, acting: Acting, carried: int | None) -> many.Many:
         if (key := (integrator.name, acting, carried)) not in self._kernels:

@@ -1,6 +1,8 @@
 """Bodies, their states and what moves them as rows of arrays: what an Ensemble is made from."""
 
-from collections.abc import Sequence
+import math
+from collections.abc import Callable, Sequence
+from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -103,8 +105,7 @@ def flat_states(
     q, w = rows("orientation", orientation, n, [(4,)]), rows("angular_velocity", angular_velocity, n, [(3,)])
     values = np.hstack((x, _normalized(q), v, w))
     states = np.zeros((n, flat.SIZE))
-    arguments = values.reshape(-1), models.reshape(-1), models.shape[1], states.reshape(-1)
-    compiled.ready(flat.write_states, *arguments)(*arguments)
+    _writer()(values.reshape(-1), models.reshape(-1), models.shape[1], states.reshape(-1))
     finite = np.isfinite(states).all(1)
     if not finite.all():
         row = int(np.argmin(finite))
@@ -112,11 +113,18 @@ def flat_states(
     return states
 
 
+@cache
+def _writer() -> Callable[[Floats, Floats, int, Floats], None]:
+    numbers = np.zeros(1)
+    return compiled.ready(flat.write_states, numbers, numbers, 1, numbers)
+
+
 def _normalized(q: Floats) -> Floats:
-    found = np.empty_like(q)
-    for row, one in enumerate(q):
+    """As rotation.normalize does, to the bit."""
+    norms = np.array([math.hypot(*one) for one in q.tolist()])
+    for row in np.flatnonzero(~((norms >= rotation.SMALLEST_NORM) & (norms < math.inf)))[:1].tolist():
         try:
-            found[row] = rotation.normalize(one)
+            rotation.normalize(q[row])
         except ValueError as reason:
             raise ValueError(f"row {row} of orientation: {reason}") from None
-    return found
+    return q / norms[:, None]

@@ -45,7 +45,7 @@ def test_links_inside_the_project_lead_somewhere(page):
             assert (page.parent / target).exists(), f"{page.name} links to {target}"
 
 
-@pytest.mark.parametrize("package", ["values", "mass", "effects", "integrators", "theory"])
+@pytest.mark.parametrize("package", ["values", "mass", "effects", "integrators", "envs", "theory"])
 def test_reference_has_every_module(package):
     page = (ROOT / "docs" / "api" / f"{package}.rst").read_text(encoding="utf-8")
     names = {path.stem for path in (ROOT / "rigid_body_sim" / package).glob("*.py")} - {"__init__"}

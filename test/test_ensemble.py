@@ -238,6 +238,27 @@ def test_a_copy_goes_on_with_the_same_bits(copied):
     assert repr(ensemble) == "Ensemble(11 bodies at 0.012 s, 1000 Hz)"
 
 
+@pytest.mark.parametrize("name", ["auto", "drag", "tether"])
+def test_a_body_that_is_set_anew_goes_on_as_a_new_one(name):
+    """Whatever it held and however stiff it was; its neighbours go on."""
+    given, other, random = made(19), made(19, seed=1), np.random.default_rng(5)
+    ensemble = Ensemble(**given, rate=1000.0, gravity=GRAVITY, **SCENES[name])
+    singles = [alone(given, i, **SCENES[name]) for i in range(19)]
+    for which in ([7], [2, 9], [17, 2], [4]):
+        ensemble.reset(which)
+        ensemble.set_state(**{array: other[array][which] for array in STATES}, which=which)
+        for i in which:
+            singles[i] = alone({**given, **{array: other[array] for array in STATES}}, i, **SCENES[name])
+        rows = random_wrenches(random, 19)
+        ensemble.set_wrench(Wrenches(*rows))
+        ensemble.step(3)
+        for i, single in enumerate(singles):
+            single.set_wrench(Wrench(*(one[i] for one in rows)))
+            single.step(3)
+    for i, single in enumerate(singles):
+        assert ensemble.simulation(i).save().state == single.save().state, i
+
+
 def test_bodies_of_scenes(tmp_path):
     text = "/**:\n  ros__parameters:\n    rate: 200.0\n    body.mass: {}\n    drag.linear: [{}, 0.0, 0.0]\n"
     scenes = []

@@ -1,4 +1,4 @@
-"""Arrows between the parts of the package point one way only; ROS and numba stay where they belong."""
+"""Arrows between the parts of the package point one way only; ROS, numba and gymnasium stay where they belong."""
 
 import ast
 import re
@@ -38,6 +38,7 @@ ALLOWED = {  # a part, and the other parts of the package that it may import
     "many_bodies": {"kernels", "values", "terms"},
     "groups": {"kernels", "values", "terms", "integrators", "scene", "stepping", "many_bodies"},
     "ensemble": {*PHYSICS, "integrators", "scene", "rate", "snapshot", "sentences", "stepping", "runs", *MANY},
+    "envs": {"kernels", "values", "runs", "ensemble"},
     "first_start": CORE,
     "resim": {*CORE, "commands", "bags", "scenarios", "ensemble"},
     "ros": {*CORE, "first_start", "commands", "messages", "bags", "resim", "command_line"},
@@ -101,6 +102,8 @@ def complaints(text, module):
             yield f"{module} imports {name}: only ros and tools may use ROS"
         if name.split(".")[0] == "numba" and module.removeprefix("rigid_body_sim.") not in NUMBA_HOMES:
             yield f"{module} imports {name}: only {' and '.join(NUMBA_HOMES)} may use numba"
+        if name.split(".")[0] == "gymnasium" and home != "envs":
+            yield f"{module} imports {name}: only envs may use gymnasium"
 
 
 MODULES = {".".join(path.relative_to(PACKAGE.parent).with_suffix("").parts): path for path in PACKAGE.rglob("*.py")}
@@ -140,6 +143,7 @@ def test_arrows_have_no_circle():
             "many_bodies",
             "groups",
             "ensemble",
+            "envs",
             "first_start",
             "resim",
             "report",
@@ -217,6 +221,7 @@ BAD = {  # a module, its text, and what is said about it
         "only kernels.compiled and kernels.kernel_cache and kernels.lock and kernels.quick_compiling and "
         "kernels.straight_line may use numba",
     ),
+    "gymnasium elsewhere": ("runs.running", "from gymnasium import spaces", "only envs may use gymnasium"),
 }
 
 

@@ -41,6 +41,7 @@ from .taylor import SHORT
 STATE, BEFORE, OTHER, MODEL = (BODIES * SIZE * i for i in range(4))
 SCRATCH = MODEL + BODIES * LEVERS
 BLOCK_SIZE = SCRATCH + BODIES * taylor_lanes.SIZE
+UNKNOWN = -1  # in place of a ``wrench_kind``
 
 # ``advance(states, models, width, which, counts, work, block, h, script)``: each body of ``which`` (indices) by as many
 # steps as its entry in ``counts`` says, which then says how many were done; ``width`` is the length of a row of the
@@ -48,13 +49,43 @@ BLOCK_SIZE = SCRATCH + BODIES * taylor_lanes.SIZE
 Many = Callable[..., None]
 
 
-def write_wrenches(models: Floats, width: int, which: Integers, wrenches: Floats) -> None:
-    """Put rows of twelve values (see Wrench.values) into the models of these bodies, and reduce them."""
+def write_wrenches(models: Floats, width: int, which: Integers, wrenches: Floats, kinds: Integers) -> int:
+    """Put rows of twelve values (see Wrench.values) into the models of these bodies, and reduce those that are new.
+
+    The bodies that had other values come to the front of ``which``, and how many they are is returned; ``kinds`` has a
+    ``wrench_kind`` for each body, or UNKNOWN.
+    """
+    n = 0
     for k in range(len(which)):
-        first = width * which[k]
-        for i in range(12):
-            models[first + WRENCH + i] = wrenches[12 * k + i]
-        reduce_wrench(models[first : first + width])
+        i = which[k]
+        first, new = width * i + WRENCH, kinds[i] == UNKNOWN
+        for j in range(12):
+            new = new or models[first + j] != wrenches[12 * k + j]
+        if new:
+            for j in range(12):
+                models[first + j] = wrenches[12 * k + j]
+            model = models[width * i : width * (i + 1)]
+            reduce_wrench(model)
+            kinds[i] = wrench_kind(model)
+            which[n] = i
+            n += 1
+    return n
+
+
+@kernel
+def wrench_kind(model: Floats) -> int:
+    """What of the held wrench decides by which kernel a body goes on: see groups.
+
+    1 where it may turn the body, 2 where all torque is fixed in the world, 4 where a force in body axes acts, and 8 for
+    each carried vector.
+    """
+    turns, pushed = False, False
+    for i in range(12):
+        turns = turns or ((i < 6 or i > 8) and model[WRENCH + i] != 0.0)
+    for i in range(3):
+        pushed = pushed or model[FORCE + i] != 0.0
+    bits = (1 if turns else 0) + (2 if model[ONLY_WORLD_TORQUE] != 0.0 else 0) + (4 if pushed else 0)
+    return bits + 8 * int(model[N_CARRIED])
 
 
 @cache

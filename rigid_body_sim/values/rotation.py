@@ -101,6 +101,21 @@ def to_matrix(q: ArrayLike) -> Floats:
     )
 
 
+# An entry of a rotation matrix in the order of its rows: one, or nothing, and two products of a quaternion's entries.
+_ONES = np.eye(3)
+_FIRST = np.array([[(2, 2), (1, 2), (1, 3)], [(1, 2), (1, 1), (2, 3)], [(1, 3), (2, 3), (1, 1)]])
+_SECOND = np.array([[(3, 3), (0, 3), (0, 2)], [(0, 3), (3, 3), (0, 1)], [(0, 2), (0, 1), (2, 2)]])
+_TIMES_FIRST = 2.0 - 4.0 * _ONES
+_TIMES_SECOND = np.array([[-2.0, -2.0, 2.0], [2.0, -2.0, -2.0], [-2.0, 2.0, -2.0]])
+
+
+def to_matrix_each(q: Floats) -> Floats:
+    """Rotation matrices, shape (..., 3, 3), of unit quaternions (..., 4): the same bits for one as for many."""
+    first = q[..., _FIRST[..., 0]] * q[..., _FIRST[..., 1]]
+    second = q[..., _SECOND[..., 0]] * q[..., _SECOND[..., 1]]
+    return _ONES + (_TIMES_FIRST * first + _TIMES_SECOND * second)
+
+
 def from_matrix(R: ArrayLike) -> Floats:
     """Unit quaternion, shape (4,), of a rotation matrix (3, 3): the row of 4 q qᵀ with the largest diagonal entry.
 

@@ -62,7 +62,7 @@ class Wrenches:
         """Twelve values for each of n bodies, shape (n, 12). Raises ValueError for another number of rows."""
         if len(self.values) not in (1, n):
             raise ValueError(f"wrenches have {len(self.values)} rows, but there are {n} bodies; give one for each")
-        return np.broadcast_to(self.values, (n, 12))
+        return self.values if len(self.values) == n else np.broadcast_to(self.values, (n, 12))
 
     def __repr__(self) -> str:
         kinds = [name for i, name in enumerate(KINDS) if self.values[:, 3 * i : 3 * i + 3].any()]
