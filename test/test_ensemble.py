@@ -168,6 +168,22 @@ def test_a_body_that_stops_in_the_midst_of_a_run_leaves_the_others_alone():
                 assert np.array_equal(found.angular_velocity[:, i], whole.angular_velocity)
 
 
+def test_a_body_that_grows_stiff_in_the_midst_of_a_run_goes_on_implicitly():
+    """Quadratic drag at rest has no rate; a force makes it fast for those that are light."""
+    mass, drag = [1e-3, 1e3, 1e-3, 1e6], Drag(quadratic=(1e4,) * 3)
+    commands = WrenchSchedule([2, 6], force_world=[(1e8, 0, 0), (0, 1e8, 0)])
+    ensemble = Ensemble(mass, (1e-6,) * 3, rate=10.0, drag=drag)
+    found = ensemble.run(steps=10, every=3, commands=commands)
+    ensemble.step(2)
+    singles = [Simulation(Body(one, (1e-6,) * 3), rate=10.0, drag=drag) for one in mass]
+    for i, single in enumerate(singles):
+        assert np.array_equal(found.velocity[:, i], single.run(steps=10, every=3, commands=commands).velocity)
+        single.step(2)
+        assert ensemble.simulation(i).save().state == single.save().state
+    assert ensemble.integrators == [single.integrator.name for single in singles]
+    assert len(set(ensemble.integrators)) == 2  # both methods are at work
+
+
 def test_a_controller_has_all_bodies_at_once():
     given = made(10)
 
