@@ -30,7 +30,7 @@ def programs():
 
 PROGRAMS = programs()
 BENCHMARKS = [
-    *((name, f"bench.{name}", "main") for name in ("step_cost", "plan_cost", "readme")),
+    *((name, f"bench.{name}", "main") for name in ("step_cost", "plan_cost", "env_cost", "readme")),
     ("doc_tables", "bench.doc_tables", "main"),
     ("make bench-node", "bench.node_bench.__main__", "main"),
 ]

@@ -1,10 +1,13 @@
-"""MuJoCo: a free body, driven by motors at sites, which its Runge-Kutta evaluates at every stage."""
+"""MuJoCo: a free body, driven by motors at sites, which its Runge-Kutta evaluates at every stage; many by rollout."""
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from rigid_body_sim.kernels.vectors import qrotate_back
+from rigid_body_sim.report import batch
+from rigid_body_sim.report.batch import Batch, BatchMethod
 from rigid_body_sim.report.method import SIMULATOR, STEP, Method, step_sizes, steps_held
 from rigid_body_sim.report.problems import End, Problem
 
@@ -12,11 +15,13 @@ MODULE, PACKAGE = "mujoco", "mujoco"
 STEP_COST = {"Euler": 1.5e-6, "implicit": 2e-6, "RK4": 6e-6}  # s, about
 
 _XML = """<mujoco>
-<option timestep="{h!r}" gravity="{g[0]!r} {g[1]!r} {g[2]!r}" integrator="{integrator}"/>
+<option timestep="{h!r}" gravity="{g[0]!r} {g[1]!r} {g[2]!r}" integrator="{integrator}"><flag {flags}/></option>
 <worldbody><site name="world"/><body><freejoint/>
 <inertial pos="0 0 0" mass="{m!r}" diaginertia="{I[0]!r} {I[1]!r} {I[2]!r}"/>
 <site name="centre"/>{sites}</body></worldbody>
 <actuator>{motors}</actuator></mujoco>"""
+# What a free body has not, so that no time is spent on looking for it.
+_NOTHING_ELSE = 'constraint="disable" contact="disable" clampctrl="disable" warmstart="disable" sensor="disable"'
 _AXES = np.eye(6, dtype=int)
 
 
@@ -35,6 +40,14 @@ def methods() -> list[Method]:
         )
         for name, cost in STEP_COST.items()
     ]
+
+
+def batch_methods() -> list[BatchMethod]:
+    """Its Runge-Kutta by ``mujoco.rollout``, whose threads share the bodies."""
+    import mujoco.rollout
+
+    assert mujoco.rollout.Rollout
+    return [BatchMethod("MuJoCo RK4, rollout", SIMULATOR, _Rollout, most=50_000)]
 
 
 class _Run:
@@ -73,7 +86,47 @@ class _Run:
         return {"steps": self._steps, "rhs": self._stages * self._steps}
 
 
-def _xml(problem: Problem, integrator: str, h: float) -> str:
+class _Rollout:
+    """A model of one body, a rollout for each; it keeps the states of all steps, of which the last is the end."""
+
+    def __init__(self, given: Batch):
+        import mujoco
+        from mujoco.rollout import Rollout
+
+        model = mujoco.MjModel.from_xml_string(_xml(given.problem, "RK4", batch.STEP, _NOTHING_ELSE))
+        self._models, self._data = [model] * len(given), [mujoco.MjData(model) for _ in range(batch.CORES)]
+        self._size = mujoco.mj_stateSize(model, mujoco.mjtState.mjSTATE_FULLPHYSICS.value)
+        x, q, v, w = np.split(given.starts, (3, 7, 10), axis=1)
+        self._starts = np.hstack((np.zeros((len(given), 1)), x, q, v, w))
+        assert self._starts.shape[1] == self._size  # time, and the 13
+        self._control = np.array(_controls(given.problem, given.problem.wrenches[0]))
+        self._rollout = Rollout(nthread=batch.CORES)
+        self._prepare(1)
+        self.restart()
+
+    def _prepare(self, steps: int) -> None:
+        """Arrays for so many steps."""
+        n = len(self._starts)
+        self._controls = np.tile(self._control, (n, steps, 1))
+        self._out, self._sensors = np.empty((n, steps, self._size)), np.empty((n, steps, 0))
+
+    def restart(self) -> None:
+        self._states = self._starts
+
+    def advance(self, steps: int) -> None:
+        if steps != self._out.shape[1]:
+            self._prepare(steps)
+        self._rollout.rollout(
+            self._models, self._data, self._states, self._controls, skip_checks=True, nstep=steps, state=self._out,
+            sensordata=self._sensors,
+        )  # fmt: skip
+        self._states = self._out[:, -1].copy()
+
+    def ends(self, which: Sequence[int]) -> list[End]:
+        return [End(*np.split(self._states[i, 1:], (3, 7, 10))) for i in which]
+
+
+def _xml(problem: Problem, integrator: str, h: float, flags: str = "") -> str:
     wrench = problem.wrenches[0]
     sites, motors = "", [("centre", "", axis) for axis in _AXES]
     if any(wrench.values[9:]):
@@ -86,7 +139,7 @@ def _xml(problem: Problem, integrator: str, h: float) -> str:
         for site, ref, gear in motors
     )
     values = {"h": h, "g": problem.gravity, "m": problem.body.mass, "I": problem.body.principal_moments.tolist()}
-    return _XML.format(**values, integrator=integrator, sites=sites, motors=text)
+    return _XML.format(**values, integrator=integrator, flags=flags, sites=sites, motors=text)
 
 
 def _controls(problem: Problem, wrench: Any) -> list[float]:

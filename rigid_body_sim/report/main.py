@@ -14,12 +14,13 @@ from ..kernels import compiled
 from . import machine, page, peers
 from .error_section import ErrorSection
 from .left_out_section import LeftOut
+from .many_bodies_section import ManyBodies
 from .problems import TITLES
 from .section import FAILED, Measurement, Result, Results, Section, Settings
 from .stability_section import Stability
 from .store import Store, StoreError
 
-SECTIONS: tuple[Section, ...] = (ErrorSection(), Stability(), LeftOut())
+SECTIONS: tuple[Section, ...] = (ErrorSection(), Stability(), LeftOut(), ManyBodies())
 HOW_TO_INSTALL = "pip install 'rigid_body_sim[report]'"
 
 

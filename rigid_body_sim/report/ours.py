@@ -1,10 +1,17 @@
-"""The integrators of this package, and ``auto``, as methods to be compared."""
+"""The integrators of this package, and ``auto``, as methods to be compared; its ways to advance many bodies."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
+from functools import partial
+
+import numpy as np
 
 from .. import integrators
+from ..ensemble import Ensemble
 from ..simulation import Simulation
 from ..terms import DEFAULT_RTOL, Terms
+from ..values.state import State
+from . import batch
+from .batch import Batch, BatchMethod
 from .method import OURS, RTOL, STEP, Method, step_sizes, steps_held
 from .problems import End, Problem
 
@@ -13,6 +20,8 @@ FINEST_RTOL, LOW_ORDER_RTOL = 13, 9  # powers of ten; at order 4 the last one wo
 LONG_WAY = 500.0  # rad, beyond which a method of order 4 stops two powers earlier
 RHS_PER_STEP = {"rk4": 4, "rkmk4": 4, "semi_implicit_euler": 1, "matrix_euler": 1}
 LONG_TURN = 1.0  # rad in a step of a method that divides its steps itself
+ENSEMBLE, ALONE, LOOP = "Ensemble", "Ensemble, 1 thread", "Simulation, one by one"
+MANY_SIMULATIONS = 1000  # with more of them, each takes what it takes with these
 
 
 def method(name: str) -> Method:
@@ -92,3 +101,68 @@ class _Run:
     def counts(self) -> dict[str, int | None]:
         steps = self._simulation.steps
         return {"steps": steps, "rhs": self._rhs and self._rhs * steps}
+
+
+# Many bodies ----------------------------------------------------------------------------------------------------------
+
+
+def batch_methods() -> list[BatchMethod]:
+    """An Ensemble with a thread for each core and with one, and a Simulation for each body."""
+    return [
+        BatchMethod(ENSEMBLE, OURS, partial(_Together, threads=batch.CORES)),
+        BatchMethod(ALONE, OURS, partial(_Together, threads=1), threads=1),
+        BatchMethod(LOOP, OURS, _OneByOne, threads=1, largest=MANY_SIMULATIONS),
+    ]
+
+
+class _Together:
+    def __init__(self, given: Batch, threads: int):
+        problem = given.problem
+        x, q, v, w = np.split(given.starts, (3, 7, 10), axis=1)
+        self._wrench = problem.wrenches[0]
+        self._ensemble = Ensemble(
+            problem.body.mass,
+            problem.body.principal_moments,
+            n=len(given),
+            position=x,
+            orientation=q,
+            velocity=v,
+            angular_velocity=w,
+            rate=1.0 / batch.STEP,
+            gravity=problem.gravity,
+            threads=threads,
+        )
+
+    def restart(self) -> None:
+        self._ensemble.reset()
+        self._ensemble.set_wrench(self._wrench)
+
+    def advance(self, steps: int) -> None:
+        self._ensemble.step(steps)
+
+    def ends(self, which: Sequence[int]) -> list[End]:
+        found = self._ensemble.state
+        return [
+            End(found.position[i], found.orientation[i], found.velocity[i], found.angular_velocity[i]) for i in which
+        ]
+
+
+class _OneByOne:
+    def __init__(self, given: Batch):
+        problem, self._wrench = given.problem, given.problem.wrenches[0]
+        starts = [State(*np.split(start, (3, 7, 10))) for start in given.starts]
+        make = partial(Simulation, problem.body, rate=1.0 / batch.STEP, gravity=problem.gravity)
+        self._simulations = [make(start) for start in starts]
+
+    def restart(self) -> None:
+        for simulation in self._simulations:
+            simulation.reset()
+            simulation.set_wrench(self._wrench)
+
+    def advance(self, steps: int) -> None:
+        for simulation in self._simulations:
+            simulation.step(steps)
+
+    def ends(self, which: Sequence[int]) -> list[End]:
+        states = [self._simulations[i].state for i in which]
+        return [End(one.position, one.orientation, one.velocity, one.angular_velocity) for one in states]

@@ -3,7 +3,8 @@
 An adapter is a module that imports its peer only when it is used, with
 
 - ``MODULE``: what it imports, and ``PACKAGE``: what pip has to install for that,
-- ``methods()``: a list of method.Method, or ImportError when the peer is missing.
+- ``methods()``: a list of method.Method, or ImportError when the peer is missing;
+- ``batch_methods()``, if it advances many bodies at once: a list of batch.BatchMethod, or ImportError.
 
 Those of KNOWN are in bench/peers of the repository: they are found when this package is used from a checkout. Other
 distributions name theirs in the entry-point group GROUP, as ``name = module``.
@@ -13,10 +14,13 @@ import functools
 import importlib
 import importlib.util
 import sys
+from collections.abc import Callable
 from importlib import metadata
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
+from .batch import BatchMethod
 from .method import Method
 
 KNOWN = ("jax", "diffrax", "heyoka", "scipy", "mujoco", "drake", "basilisk", "pinocchio")
@@ -36,11 +40,22 @@ def methods(peer: str) -> list[Method]:
     Raises ValueError for a name not in names(), ImportError that says what is missing, and whatever its import raises.
     """
     adapter = _adapter(peer)
+    found: list[Method] = _of(adapter, adapter.methods)
+    return found
+
+
+def batch_methods(peer: str) -> list[BatchMethod]:
+    """The methods of a peer for many bodies at once, none if it has none. Raises as ``methods`` does."""
+    adapter = _adapter(peer)
+    found: list[BatchMethod] = _of(adapter, getattr(adapter, "batch_methods", list))
+    return found
+
+
+def _of(adapter: ModuleType, methods: Callable[[], Any]) -> Any:
     try:
-        found: list[Method] = adapter.methods()
+        return methods()
     except ImportError as reason:
         raise ImportError(f"{reason}; pip install {adapter.PACKAGE}") from reason
-    return found
 
 
 def told() -> str:

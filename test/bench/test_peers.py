@@ -1,11 +1,14 @@
-"""Peers solve the same problems: where installed, each method comes closer to the reference with a finer knob."""
+"""Peers solve the same problems: where installed, each method comes closer to the reference with a finer knob.
+
+Those for many bodies bring each of them to its reference.
+"""
 
 import importlib
 import math
 
 import pytest
 
-from rigid_body_sim.report import method, peers
+from rigid_body_sim.report import batch, method, peers
 from rigid_body_sim.report.problems import problem
 
 GOOD = 1e-4  # reached by some method of every peer
@@ -49,6 +52,24 @@ def errors_until(one, problem, enough):
         if found[-1] < enough:
             break
     return found
+
+
+@pytest.mark.parametrize("n", [1, 21])
+@pytest.mark.parametrize("peer", ["jax", "heyoka", "mujoco"])
+def test_many_bodies_come_to_their_ends(peer, n, monkeypatch):
+    """Each of them, also those beyond the last whole batch or in the larger part, in one call, in two, and again."""
+    installed(peer)
+    if peer == "jax":
+        monkeypatch.setattr("bench.peers.jax_peer.WORTH_A_THREAD", 4)
+    given = batch.batch(n, 1.0, 1)
+    for one in peers.batch_methods(peer):
+        run = one.start(given)
+        for calls in ((50,), (20, 30)):
+            run.restart()
+            for steps in calls:
+                run.advance(steps)
+            error = given.error(range(n), run.ends(range(n)), 50)
+            assert error < 2e-12, one.name  # measured 5.1e-13, at order 4
 
 
 @pytest.mark.parametrize("peer", peers.KNOWN)

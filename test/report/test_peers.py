@@ -111,6 +111,19 @@ def test_an_adapter_that_does_not_work_is_told_and_ends_nothing(distribution, te
     assert said in peers.told()
 
 
+def test_a_peer_may_have_methods_for_many_bodies(distribution):
+    distribution(ADAPTER.format(module="math") + "def batch_methods():\n    return ours.batch_methods()[:1]\n")
+    assert peers.batch_methods("scipy") == []  # whether it is installed or not
+    assert [one.name for one in peers.batch_methods("gazebo")] == ["Ensemble"]
+
+
+def test_who_is_missing_for_many_bodies_is_told_with_what_to_install(monkeypatch):
+    for peer in ("jax", "heyoka", "mujoco"):
+        monkeypatch.setitem(sys.modules, peer, None)
+        with pytest.raises(ImportError, match=f"{peer}.*; pip install {peer}"):
+            peers.batch_methods(peer)
+
+
 def test_help_and_page_tell_which_are_there(capsys):
     with pytest.raises(SystemExit):
         main.main(["--help"])
