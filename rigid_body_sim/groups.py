@@ -25,6 +25,7 @@ _TURNING = [0, 1, 2, 3, 4, 5, 9, 10, 11]  # of Wrench.values: all but the force 
 _ALL = list(integrators.REGISTRY.values())
 _AT_ONCE = np.array([one is taylor.INTEGRATOR and compiled.ENABLED for one in _ALL])
 _CLOSED = np.array([one.one_evaluation for one in _ALL])
+_ENOUGH = 3  # bodies, from which on eight at once take less time than one by one
 _KINDS = 32  # more than there are numbers of kinds: see find
 
 
@@ -111,7 +112,7 @@ class Groups:
         number, kind = divmod(code, _KINDS)
         integrator, acting = divmod(number, len(self._acting))
         one = _ALL[integrator]
-        carried = (kind - 1) // 4 if kind else None
+        carried = (kind - 1) // 4 if kind and len(which) >= _ENOUGH else None
         return Group(which, one, self._kernel(one, self._acting[acting], carried))
 
     def by_speed(self, which: Integers, states: Floats) -> Integers:
