@@ -137,8 +137,8 @@ def headline(at: Result) -> str:
     """How fast AT bodies are advanced, beside the goals and the fastest method of each peer."""
     mine = at["methods"][ENSEMBLE]
     speed = batch.speed(mine, AT)
-    said = f"{AT} bodies in steps of 1 ms: `{ENSEMBLE}` does {speed:.2g} body-steps/s with {mine['threads']} threads "
-    said += f"({_goal(speed, GOAL)})"
+    said = f"{AT} bodies of about {SPINS[0]:g} rad/s in steps of 1 ms: `{ENSEMBLE}` does {speed:.2g} body-steps/s with "
+    said += f"{mine['threads']} threads ({_goal(speed, GOAL)})"
     compared = []
     for peer, names in at["peers"].items():
         if there := {name: batch.times(mine, at["methods"][name]) for name in names if name in at["methods"]}:
