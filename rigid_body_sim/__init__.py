@@ -4,6 +4,8 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:  # what type checkers see of _HOMES; a test compares the two
+    from .actuation import ActuatorState as ActuatorState
+    from .effects.actuators import Actuator as Actuator
     from .effects.drag import Drag as Drag
     from .effects.tether import Tether as Tether
     from .ensemble import Ensemble as Ensemble
@@ -24,6 +26,8 @@ if TYPE_CHECKING:  # what type checkers see of _HOMES; a test compares the two
 __version__ = "0.1.0"
 
 _HOMES = {  # of each public name
+    "Actuator": "effects.actuators",
+    "ActuatorState": "actuation",
     "Body": "values.body",
     "BodyState": "values.state",
     "Drag": "effects.drag",

@@ -73,9 +73,9 @@ def of_parameters(given: Mapping[str, Any]) -> tuple[list[Request], list[Request
 
 
 def _reached_by_setting(terms: Terms) -> Iterator[Terms]:
-    """Terms in which one dynamic effect comes or goes."""
+    """Terms in which one dynamic effect comes or goes; of those that are many, none comes while a node runs."""
     for effect in REGISTRY.values():
-        if effect.dynamic:
+        if effect.dynamic and not effect.many:
             yield terms.changed(**{effect.name: effect.absent if terms.acting[effect.name] else effect.present})
 
 

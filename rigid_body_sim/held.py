@@ -41,6 +41,13 @@ class Held:
         return min((end for _, end in self.sources.values() if end is not None), default=None)
 
 
+def earlier(one: int | None, other: int | None) -> int | None:
+    """The earlier of two ends, None being that of what is held for ever."""
+    if one is None or other is None:
+        return other if one is None else one
+    return min(one, other)
+
+
 def steps_held(hold: float, rate: float) -> int:
     """Steps of a ``rate`` [Hz] for which a wrench is held: as many as fit into ``hold`` [s], and at least one.
 

@@ -1,7 +1,7 @@
 """A rigid body under held wrenches, advanced at a fixed rate: what node, report and tools stand on. No ROS."""
 
 import struct
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from operator import index
 from typing import Any
@@ -9,15 +9,17 @@ from typing import Any
 import numpy as np
 
 from . import integrators, sentences
+from .actuation import Actuation, ActuatorState
+from .effects.actuators import Actuator
 from .effects.drag import Drag
 from .effects.tether import Tether
-from .held import Held, steps_held
+from .held import Held, earlier, steps_held
 from .integrators.script import Script
 from .kernels import compiled
 from .kernels import state as flat
 from .kernels.acceleration import acceleration_reader
 from .kernels.arrays import Floats, Vector, python_floats
-from .kernels.model import FASTEST, WRENCH
+from .kernels.model import FASTEST, MEMORY, WRENCH
 from .kernels.state import SIZE
 from .rate import Rate
 from .runs import running
@@ -70,7 +72,7 @@ class Simulation:
     **effects
         What acts besides, by its name in ``rigid_body_sim.effects.REGISTRY``: ``drag`` (a Drag), ``tethers`` (several
         Tether), ``forces`` (several (point, force): forces [N] in world axes that always act, each at a body-fixed
-        point [m] given from the body frame's origin in body axes: buoyancy, say).
+        point [m] given from the body frame's origin in body axes: buoyancy, say), ``actuators`` (several Actuator).
 
     Raises
     ------
@@ -100,7 +102,8 @@ class Simulation:
         self._stepping = Stepping(Terms(body, gravity, rtol, **effects), asked_for(integrator), self._h)
         self.initial_state = State() if state is None else state
         self.steps = 0
-        self._model = self.terms.model(NO_WRENCH)
+        self._actuation = Actuation(self.terms.given["actuators"])
+        self._model = self.terms.model(NO_WRENCH, self.terms.memory(self._h))
         self._state = flatten(self.initial_state, self._model)
         self._origin = self._state.copy()
         self._state_view, self._origin_view = self._state.data, self._origin.data  # quicker to copy
@@ -194,6 +197,35 @@ class Simulation:
         """Hold no wrench, from no source."""
         self._hold_all(Held())
 
+    def set_actuators(self, commands: Sequence[float], hold: float | None = None) -> None:
+        """Command the actuators, in their order, from now on, or for ``hold`` [s] as by ``set_wrench``, and 0 then.
+
+        A force [N] for a thruster, a speed [rad/s] for a rotor, a torque [N m] for a wheel; beyond a limit it is the
+        limit. Raises ValueError, and changes nothing, for a wrong number of commands, or one that is not finite.
+        """
+        expiry = None if hold is None else self.steps + steps_held(hold, self._rate.value)
+        self._actuation.take(commands, expiry)
+        self._on_commands()
+
+    def _on_commands(self) -> None:
+        self._write_commands(self._actuation.within)
+        self._expiry = earlier(self._held.end, self._actuation.end)
+
+    @property
+    def actuators(self) -> tuple[Actuator, ...]:
+        """The actuators, in the order of commands."""
+        return self._actuation.actuators
+
+    @property
+    def actuator_states(self) -> tuple[ActuatorState, ...]:
+        """What each of the actuators does now."""
+        return self._actuation.states(self._model, self.motion[16:19])
+
+    @property
+    def commands_limited(self) -> int:
+        """How many commands to actuators had a number beyond a limit."""
+        return self._actuation.limited
+
     def _hold_all(self, held: Held) -> None:
         self._hold(held.total, held.end)
         self._held = held
@@ -207,10 +239,13 @@ class Simulation:
             self._wrench = wrench
         elif wrench != self._wrench:
             self._install(wrench)
-        self._expiry = expiry
+        self._expiry = earlier(expiry, self._actuation.end)
 
     def _end_holding(self) -> None:
         """Go on without the sources whose time has run out. Raises SimulationError when the others cannot be held."""
+        if self._actuation.end == self.steps:
+            self._actuation.rest()
+            self._on_commands()
         try:
             self._hold_all(self._held.left_at(self.steps))
         except ValueError as reason:  # what ended kept the sum small, or turned no body
@@ -226,10 +261,12 @@ class Simulation:
         An integrator that was not needed before is made ready here, which compiles it when it never was.
         """
         new = self._stepping.changed(self.terms.changed(**terms))
-        state = self._state
+        memory = new.terms.memory(self._h, self.terms, self._memory)
+        actuation, state = self._actuation.of(new.terms.given["actuators"]), self._state
         if new.terms.body != self.body:
-            state = flatten(self.state, new.terms.model(NO_WRENCH))
-        self._stepping = new
+            state = flatten(self.state, new.terms.model(NO_WRENCH, memory))
+        self._stepping, self._actuation = new, actuation
+        self._model = new.terms.model(NO_WRENCH, memory)
         self._state[:] = state
         self._acceleration_kernel = None
         self._begin_anew()
@@ -377,6 +414,8 @@ class Simulation:
 
     def reset(self, state: State | None = None, *, keep_time: bool = False) -> None:
         """Go to ``state``, or else the initial one, hold no wrench, and count steps from zero unless ``keep_time``."""
+        self._model = self.terms.model(NO_WRENCH, self.terms.memory(self._h))
+        self._actuation.rest()
         self._state[:] = flatten(self.initial_state if state is None else state, self._model)
         if not keep_time:
             self.steps = 0
@@ -385,7 +424,9 @@ class Simulation:
     def restart_time(self) -> None:
         """Count steps from zero. The motion goes on, and each held wrench for what is left of its time."""
         self._held = self._held.earlier(self.steps)
-        self._expiry = self._held.end
+        if self._actuation.end is not None:
+            self._actuation.end -= self.steps
+        self._expiry = earlier(self._held.end, self._actuation.end)
         if self._origin_steps is not None:
             self._origin_steps -= self.steps
         self.steps = 0
@@ -403,11 +444,15 @@ class Simulation:
         origin = None if self._origin_steps is None else (self._origin_steps, tuple(self._origin.tolist()))
         state = tuple(self._state.tolist())
         sources = tuple((name, *held) for name, held in self._held.sources.items())
-        return Snapshot(self.steps, state, sources, origin, self._stepping.stiffness)
+        memory, actuation = tuple(self._memory.tolist()), self._actuation
+        stiffness, commands = self._stepping.stiffness, (actuation.commands, actuation.end)
+        return Snapshot(self.steps, state, sources, origin, stiffness, memory, commands)
 
     def restore(self, snapshot: Snapshot) -> None:
         """Continue from a snapshot taken with the same body, rate, gravity and integrator: the same bits follow."""
         self._stepping.stiffness = snapshot.stiffness
+        self._actuation.commands, self._actuation.end = snapshot.actuators
+        self._model = self.terms.model(NO_WRENCH, np.array(snapshot.memory))
         self._begin_with(Held({name: (wrench, expiry) for name, wrench, expiry in snapshot.sources}))
         self._state[:] = snapshot.state
         self.steps = snapshot.steps
@@ -430,9 +475,14 @@ class Simulation:
         """One line for the log: what is simulated, and how."""
         return sentences.description(self.body, self.rate, self.plan)
 
+    @property
+    def _memory(self) -> Floats:
+        """What goes on from step to step: the end of the model."""
+        return self._model[int(self._model[MEMORY]) :]
+
     def _begin_anew(self, held: Held | None = None) -> None:
         """After the state or the terms were changed from outside; with others held, where those changed too."""
-        self._model = self.terms.model(NO_WRENCH)
+        self._model = self.terms.model(NO_WRENCH, self._memory)
         self._stepping.prepare(self._state, self._model)
         self._begin_with(self._held if held is None else held)
 
@@ -443,7 +493,9 @@ class Simulation:
     def _install(self, wrench: Wrench) -> None:
         self.integrator = integrator = self._stepping.for_wrench(wrench)
         steps, work = self._stepping.kernel(integrator)
-        self._model = self.terms.model(wrench)
+        self._model = self.terms.model(wrench, self._memory)
+        self._write_commands = self._actuation.writer(self._model)
+        self._write_commands(self._actuation.within)
         self._advance = partial(steps, self._state, self._model, work, self._h)
         self._write_wrench = partial(_PACK_WRENCH, self._model.data.cast("B"), _WRENCH_OFFSET)
         self._wrench = wrench

@@ -14,3 +14,5 @@ class Snapshot:
     sources: tuple[tuple[str, Wrench, int | None], ...]  # name, wrench held, step at which it ends
     origin: tuple[int, tuple[float, ...]] | None = None  # step and state from which ``exact`` evaluates
     stiffness: float | None = None  # by which ``auto`` chose
+    memory: tuple[float, ...] = ()  # of effects: see Terms.memory
+    actuators: tuple[tuple[float, ...], int | None] = ((), None)  # commands, and the step at which they end

@@ -8,11 +8,13 @@ from typing import Any
 import numpy as np
 
 from .effects import REGISTRY
-from .effects.base import Lever, LoadEffect, SeriesEffect, together
-from .kernels.arrays import Floats, Vector
+from .effects.base import DriveEffect, Lever, LoadEffect, SeriesEffect, together
+from .kernels.arrays import Floats, Vector, python_floats
+from .kernels.drive import NO_DRIVE
 from .kernels.model import (
     CENTER_OF_MASS,
     DIFFERENCES,
+    DRIVE,
     EULER,
     FASTEST,
     GRAVITY,
@@ -21,6 +23,7 @@ from .kernels.model import (
     LEVERS,
     LOADS,
     MASS,
+    MEMORY,
     MOMENT_ROW,
     MOMENTS,
     MOST_MOMENTUM,
@@ -36,8 +39,10 @@ from .values.body import Body
 from .values.wrench import ZERO, Wrench, three_finite
 
 DEFAULT_RTOL = 1e-9
+NO_MEMORY = np.zeros(0)
 _LOADS = [effect for effect in REGISTRY.values() if isinstance(effect, LoadEffect)]
 _SERIES = [effect for effect in REGISTRY.values() if isinstance(effect, SeriesEffect)]
+_DRIVES = [effect for effect in REGISTRY.values() if isinstance(effect, DriveEffect)]
 
 
 @dataclass(frozen=True, init=False)
@@ -91,8 +96,18 @@ class Terms:
 
     @cached_property
     def kernels(self) -> Acting:
-        """The kernels of the loads that act."""
-        return together(tuple((k, effect) for k, effect in enumerate(_LOADS) if self.acting[effect.name]))
+        """The kernels of the loads that act, and of actuators."""
+        loads = tuple((k, effect) for k, effect in enumerate(_LOADS) if self.acting[effect.name])
+        return together(loads, self._drive.drive if self._drive else NO_DRIVE)
+
+    @cached_property
+    def _drive(self) -> DriveEffect | None:
+        return next((effect for effect in _DRIVES if self.acting[effect.name]), None)
+
+    @property
+    def actuated(self) -> bool:
+        """Whether there are actuators."""
+        return self._drive is not None
 
     @cached_property
     def levers(self) -> tuple[Lever, ...]:
@@ -113,26 +128,60 @@ class Terms:
 
     def turned_by(self, wrench: Wrench) -> bool:
         """Whether a torque may act, or a force that turns with the body."""
-        return wrench.turns or self.turning
+        return wrench.turns or self.turning or self.actuated
 
     @property
     def left_out(self) -> list[str]:
-        """Words for the effects that do not act: series, then loads."""
-        return [effect.left_out for effect in (*_SERIES, *_LOADS) if not self.acting[effect.name]]
+        """Words for the effects that do not act: series, then loads, then drives."""
+        return [effect.left_out for effect in (*_SERIES, *_LOADS, *_DRIVES) if not self.acting[effect.name]]
 
-    def model(self, wrench: Wrench) -> Floats:
-        """The kernels' view of all this and a held wrench: see kernels.model."""
+    def memory(self, h: float, before: "Terms | None" = None, kept: Floats = NO_MEMORY) -> Floats:
+        """What goes on from step to step of h [s]: of actuators, then of loads.
+
+        As it is at the start, or where an effect is as ``before``, but for what may change while the node runs, as in
+        ``kept``, the memory of the terms before.
+        """
+        fresh, at = self._memories(h), 0
+        if before is not None:
+            for name, old in before._memories(h).items():
+                if name in fresh and self._fixed(name) == before._fixed(name):
+                    fresh[name] = kept[at : at + len(old)]
+                at += len(old)
+        return np.concatenate((*fresh.values(), ()))
+
+    def _memories(self, h: float) -> dict[str, Floats]:
+        """By effect, as they are at the start."""
+        drive = {self._drive.name: self._drive.memory(self.acting[self._drive.name], h)} if self._drive else {}
+        remembering = (effect for effect in _LOADS if effect.memory_size and self.acting[effect.name])
+        loads = {
+            effect.name: np.concatenate([effect.memory(one, self.body, h) for one in self.acting[effect.name]])
+            for effect in remembering
+        }
+        return {**drive, **loads}
+
+    def _fixed(self, name: str) -> list[tuple[Any, ...]]:
+        return [REGISTRY[name].fixed(one) for one in self.acting[name]]
+
+    def model(self, wrench: Wrench, memory: Floats = NO_MEMORY) -> Floats:
+        """The kernels' view of all this, a held wrench, and what goes on from step to step: see kernels.model."""
         levers = [*(Lever(*point) for point in wrench.points), *self.levers]
         rows = [number for arm, vector, is_force in levers for number in (*arm, *vector, float(is_force))]
-        model = np.concatenate((self._header, rows, *self._load_rows))
+        model = np.concatenate((self._header, rows, *self._load_rows, self._drive_row, memory))
         model[WRENCH : WRENCH + 12] = wrench.values
         model[N_LEVERS] = len(levers)
-        at = LEVERS + len(rows)
+        at, end = LEVERS + len(rows), len(model)
+        model[MEMORY] = len(model) - len(memory)
+        for number, effect in reversed(list(enumerate(_LOADS))):
+            end -= effect.memory_size * len(self.acting[effect.name])
+            model[LOADS + 3 * number + 2] = end
         for number, effect in enumerate(_LOADS):
             acting = self.acting[effect.name]
-            model[LOADS + 2 * number], model[LOADS + 2 * number + 1] = len(acting), at
+            model[LOADS + 3 * number], model[LOADS + 3 * number + 1] = len(acting), at
             at += effect.size * len(acting)
         write_arms(model)
+        if self._drive and len(memory):
+            model[DRIVE] = at
+            self._drive.drive.settle(python_floats(model))
         return model
 
     @cached_property
@@ -155,6 +204,10 @@ class Terms:
         model[MOST_MOMENTUM] = FASTEST * body.mass
         model[SAFE_ANGULAR_MOMENTUM] = FASTEST * min(x, y, z) / (1.0 + math.hypot(*body.center_of_mass))
         return model
+
+    @cached_property
+    def _drive_row(self) -> Floats:
+        return self._drive.row(self.acting[self._drive.name], self.body) if self._drive else NO_MEMORY
 
     @cached_property
     def _load_rows(self) -> list[Floats]:

@@ -12,7 +12,7 @@ pytestmark = pytest.mark.no_numba
 ROOT = Path(__file__).parents[1]
 PACKAGE = ROOT / "rigid_body_sim"
 PHYSICS = {"kernels", "values", "mass", "effects", "terms", "theory"}
-CORE = {*PHYSICS, "integrators", "scene", "held", "rate", "snapshot", "stepping", "runs", "simulation"}
+CORE = {*PHYSICS, "integrators", "scene", "held", "actuation", "rate", "snapshot", "stepping", "runs", "simulation"}
 MANY = {"many_bodies", "groups", "simulation"}
 ALLOWED = {  # a part, and the other parts of the package that it may import
     "command_line": set(),
@@ -26,6 +26,7 @@ ALLOWED = {  # a part, and the other parts of the package that it may import
     "integrators": {"kernels", "effects", "terms", "values"},
     "scene": PHYSICS - {"theory"},
     "held": {"values"},
+    "actuation": {"kernels", "values", "effects"},
     "rate": set(),
     "snapshot": {"values"},
     "sentences": {"kernels", "values", "terms", "integrators", "scene"},
@@ -34,7 +35,18 @@ ALLOWED = {  # a part, and the other parts of the package that it may import
     "commands": {"values", "scene"},
     "scenarios": {"kernels", "values", "integrators", "scene", "held", "commands", "bags"},
     "runs": {"kernels", "values", "terms", "theory", "integrators", "scene", "rate", "bags", "scenarios"},
-    "simulation": {*PHYSICS, "integrators", "scene", "held", "rate", "snapshot", "sentences", "stepping", "runs"},
+    "simulation": {
+        *PHYSICS,
+        "integrators",
+        "scene",
+        "held",
+        "rate",
+        "snapshot",
+        "sentences",
+        "stepping",
+        "runs",
+        "actuation",
+    },
     "many_bodies": {"kernels", "values", "terms"},
     "groups": {"kernels", "values", "terms", "integrators", "scene", "stepping", "many_bodies"},
     "ensemble": {*PHYSICS, "integrators", "scene", "rate", "snapshot", "sentences", "stepping", "runs", *MANY},
@@ -131,6 +143,7 @@ def test_arrows_have_no_circle():
             "integrators",
             "scene",
             "held",
+            "actuation",
             "rate",
             "snapshot",
             "sentences",

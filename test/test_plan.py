@@ -117,6 +117,7 @@ def test_plan_lists_what_is_left_out():
         "forces at points",
         "drag",
         "tethers",
+        "actuators",
     )
     assert sim.plan.left_out == everything_else
     sim.set_wrench(every_term(Wrench()))

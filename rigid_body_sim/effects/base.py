@@ -1,8 +1,9 @@
 """What an effect is: what acts on a body beside a held wrench, described so that everything else follows from it.
 
-An effect is either a *series*: forces and couples whose vectors are fixed in the world and whose arms are fixed in the
-body, which are polynomial in the attitude, so that a step stays exact to round-off. Or it is a *load*, a function of
-the motion with its exact Jacobian, for which ``auto`` takes a method that controls its error.
+An effect is a *series*: forces and couples whose vectors are fixed in the world and whose arms are fixed in the body,
+which are polynomial in the attitude, so that a step stays exact to round-off. Or it is a *load*, a function of the
+motion with its exact Jacobian, for which ``auto`` takes a method that controls its error. Or it is a *drive*, what
+actuators do in body axes as a function of time alone, which leaves a step exact too.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -10,8 +11,11 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from ..kernels.arrays import Floats
 from ..kernels.compiled import kernel
+from ..kernels.drive import NO_DRIVE, Drive
 from ..kernels.model import LOADS
 from ..kernels.motion import Acting
 from ..kernels.tuples import Load, Motion, added
@@ -46,9 +50,18 @@ def _calm(model: Floats, at: int, state: Floats, h: float) -> float:
     return 0.0
 
 
+@kernel
+def _lasting(model: Floats, at: int, memory: int, h: float) -> None:
+    return
+
+
+def _no_memory(one: Any, body: Body, h: float) -> Floats:
+    return np.zeros(0)
+
+
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Effect:
-    """Descriptor of one effect, which is a SeriesEffect or a LoadEffect; see docs/adding_an_effect.md.
+    """Descriptor of one effect: a SeriesEffect, a LoadEffect or a DriveEffect; see docs/adding_an_effect.md.
 
     ``make`` makes one of it from its parameters, by their last names: a dataclass or a NamedTuple. ``zero`` is one
     without any strength, ``example`` one that acts in all ways it can: the contract tests take them. With ``many`` a
@@ -64,6 +77,7 @@ class Effect:
     parameters: tuple[Parameter, ...]
     left_out: str  # what the plan says a scene without it leaves out
     many: bool = False
+    order: str = ""  # of many: the parameter that has their names, each the field ``name`` of one
     check: Callable[[Any], tuple[Any, ...]] | None = None  # of what a user gave, where other forms are taken
     acts: Callable[[Any], bool] = lambda one: True
     world: tuple[str, ...] = ()
@@ -103,6 +117,11 @@ class Effect:
         """Those of it that act."""
         return tuple(one for one in (given if self.many else (given,)) if self.acts(one))
 
+    def fixed(self, one: Any) -> tuple[Any, ...]:
+        """What of one cannot be changed while the node runs: where that is the same, what it remembers stays."""
+        lasting = (row.name.rpartition(".")[2] for row in self.parameters if not row.dynamic)
+        return tuple(getattr(one, field, None) for field in ("name", *lasting))
+
     def restored(self, plain: Any) -> Any:
         """What was given, from what JSON made of it: a dataclass became an object, a NamedTuple a list."""
 
@@ -113,12 +132,28 @@ class Effect:
 
     def read(self, values: Mapping[str, Any], members: Sequence[str]) -> Any:
         """What parameters of a scene describe; ``members``: names of the user's, where there may be many."""
-        fields = [parameter.name.rpartition(".")[2] for parameter in self.parameters]
+        fields = [one.name.rpartition(".")[2] for one in self.parameters if one.name != self.order]
         if not self.many:
             return self.make(**{field: values[f"{self.name}.{field}"] for field in fields})
+        if self.order:
+            members = self._in_order(values[self.order], members)
+        named = [{"name": member} if self.order else {} for member in members]
         return tuple(
-            self.make(**{field: values[f"{self.name}.{member}.{field}"] for field in fields}) for member in members
+            self.make(**name, **{field: values[f"{self.name}.{member}.{field}"] for field in fields})
+            for name, member in zip(named, members, strict=True)
         )
+
+    def _in_order(self, names: Sequence[str], members: Sequence[str]) -> Sequence[str]:
+        """The members as ``names`` has them. Raises ValueError for one that is in one of the two alone."""
+        for member in members:
+            if member not in names:
+                raise ValueError(f"parameter {self.order} = {list(names)}: lacks {member}, whose parameters are given")
+        for name in names:
+            if name not in members:
+                raise ValueError(
+                    f"parameter {self.order} = {list(names)}: {name} has no parameters; give {self.name}.{name}.type"
+                )
+        return names
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -137,6 +172,9 @@ class LoadEffect(Effect):
     derivatives (see rows), with ``taut`` those of a load that does not act now and may later.
     ``passes_kink(model, at, state, work, z)`` says whether a kink lies within the increments work[z:z + 12] (see
     integrators.substep), and ``ringing(model, at, state, h)`` is ω² [1/s²] of what it makes vibrate throughout a step.
+
+    ``memory(one, body, h)`` are numbers that go on from step to step of h [s], as they are at the start, of which
+    ``memory_size`` says how many; ``advance(model, at, memory, h)`` lets a step pass for those from model[memory] on.
     """
 
     size: int
@@ -145,6 +183,22 @@ class LoadEffect(Effect):
     add_jacobian: Callable[[Floats, int, Motion, bool, Floats, int], None]
     passes_kink: Callable[[Floats, int, Floats, Floats, int], bool] = _smooth
     ringing: Callable[[Floats, int, Floats, float], float] = _calm
+    memory_size: int = 0
+    memory: Callable[[Any, Body, float], Floats] = _no_memory
+    advance: Callable[[Floats, int, int, float], None] = _lasting
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class DriveEffect(Effect):
+    """What actuators do, by the kernels of kernels.drive; a scene has one kind at most.
+
+    ``row(all_of_it, body)`` are their numbers in the model, ``memory(all_of_it, h)`` what goes on from step to step of
+    h [s], as it is at the start.
+    """
+
+    drive: Drive
+    row: Callable[[tuple[Any, ...], Body], Floats]
+    memory: Callable[[tuple[Any, ...], float], Floats]
 
 
 @kernel
@@ -167,23 +221,29 @@ def _no_ringing(model: Floats, state: Floats, h: float) -> float:
     return 0.0
 
 
-NOTHING_ACTS = Acting(_no_load, _no_jacobian, _no_kink, _no_ringing)
+@kernel
+def _no_memories(model: Floats, h: float) -> None:
+    return
+
+
+NOTHING_ACTS = Acting(_no_load, _no_jacobian, _no_kink, _no_ringing, _no_memories, NO_DRIVE)
 
 
 @cache
-def together(loads: tuple[tuple[int, LoadEffect], ...]) -> Acting:
+def together(loads: tuple[tuple[int, LoadEffect], ...], drive: Drive = NO_DRIVE) -> Acting:
     """The kernels of all these loads, each with its number in the registry, which says where the model tells of it."""
-    acting = NOTHING_ACTS
+    acting = NOTHING_ACTS if drive is NO_DRIVE else NOTHING_ACTS._replace(drive=drive)
     for number, one in loads:
-        acting = _and(acting, one, LOADS + 2 * number)
+        acting = _and(acting, one, LOADS + 3 * number)
     return acting
 
 
 @cache
 def _and(others: Acting, one: LoadEffect, slot: int) -> Acting:
-    """The others, then each of one kind: ``model[slot]`` of them from ``model[slot + 1]`` on."""
+    """The others, then each of one kind: ``model[slot]`` of them from ``model[slot + 1]`` on; then where memory is."""
     load_of, jacobian_of, kink_of, ringing_of, size = one.load, one.add_jacobian, one.passes_kink, one.ringing, one.size
-    load_others, jacobian_others, kink_others, ringing_others = others
+    load_others, jacobian_others, kink_others, ringing_others, advance_others, drive = others
+    advance_of, memory_size = one.advance, one.memory_size
 
     @kernel
     def add_load(model: Floats, body: Motion, load: Load) -> Load:
@@ -212,4 +272,13 @@ def _and(others: Acting, one: LoadEffect, slot: int) -> Acting:
             fastest = max(fastest, ringing_of(model, int(model[slot + 1]) + size * i, state, h))
         return fastest
 
-    return Acting(add_load, add_jacobian, passes_kink, ringing)
+    if memory_size == 0:
+        return Acting(add_load, add_jacobian, passes_kink, ringing, advance_others, drive)
+
+    @kernel
+    def advance(model: Floats, h: float) -> None:
+        advance_others(model, h)
+        for i in range(int(model[slot])):
+            advance_of(model, int(model[slot + 1]) + size * i, int(model[slot + 2]) + memory_size * i, h)
+
+    return Acting(add_load, add_jacobian, passes_kink, ringing, advance, drive)

@@ -1,7 +1,7 @@
 """How time advances: one file per integrator, and the registry that names them."""
 
 from ..effects import REGISTRY as EFFECTS
-from ..effects.base import Effect, LoadEffect, SeriesEffect
+from ..effects.base import DriveEffect, Effect, LoadEffect, SeriesEffect
 from ..terms import Terms
 from . import dop853, exact, matrix_euler, rk4, rkmk4, rosenbrock, semi_implicit_euler, splitting, taylor
 from .base import Integrator, script_of, steps_of
@@ -37,6 +37,9 @@ def shortfall(name: str, terms: Terms) -> str:
     if terms.loads and not integrator.resisted:
         able = [AUTO, *(other for other, one in REGISTRY.items() if one.resisted)]
         return f"integrator {name!r} leaves out {_words(LoadEffect)}; choose one of {', '.join(able)}"
+    if terms.actuated and integrator.driven is None:
+        able = [AUTO, *(other for other, one in REGISTRY.items() if one.driven)]
+        return f"integrator {name!r} leaves out {_words(DriveEffect)}; choose one of {', '.join(able)}"
     if terms.turning and integrator.torque_free_only:
         able = [AUTO, *(other for other, one in REGISTRY.items() if not one.torque_free_only)]
         return f"integrator {name!r} leaves out {_words(SeriesEffect)}; choose one of {', '.join(able)}"

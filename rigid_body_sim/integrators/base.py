@@ -7,6 +7,7 @@ from functools import cache
 from ..effects.base import NOTHING_ACTS
 from ..kernels.arrays import Floats
 from ..kernels.compiled import Steps
+from ..kernels.drive import NO_DRIVE
 from ..kernels.lock import giving_way
 from ..kernels.motion import Acting
 from ..kernels.state import SIZE, copy, is_finite
@@ -35,6 +36,34 @@ def step_by_step(step: Step, acting: Acting) -> Steps:
             if not (step(acting, state, model, work, h) and is_finite(state, model)):
                 copy(work, BACKUP, state, 0)
                 return done
+            acting.advance(model, h)
+        return n
+
+    return steps
+
+
+def in_pieces(step: Step, acting: Acting) -> Steps:
+    """The same where there are actuators: a step is divided at what happens within it (see kernels.drive)."""
+    drive = acting.drive
+
+    def steps(state: Floats, model: Floats, work: Floats, h: float, n: int) -> int:
+        reduce_wrench(model)
+        drive.hold(model)
+        for done in range(n):
+            copy(state, 0, work, BACKUP)
+            drive.begin_step(model)
+            passed, good = 0.0, True
+            while good and passed < h:
+                end = drive.until(model, passed, h)
+                good = step(acting, state, model, work, end - passed)
+                passed = end
+            if not (good and is_finite(state, model)):
+                copy(work, BACKUP, state, 0)
+                drive.take_back(model)
+                drive.settle(model)
+                return done
+            acting.advance(model, h)
+        drive.settle(model)
         return n
 
     return steps
@@ -48,7 +77,8 @@ class Integrator:
     [s] under the wrench held in ``model`` (see kernels.model) and, where ``resisted``, the loads of ``acting``. It
     returns False for a step that would need too much work; such a one, and one whose new state is not finite,
     ``loop`` takes back. It is a pure function of its arguments: ``work`` is scratch space of ``work_size`` floats,
-    its own from SCRATCH on, that carries nothing over.
+    its own from SCRATCH on, that carries nothing over. ``driven`` is the step where there are actuators, which also
+    lets the time pass for them (``drive.advance``); None where it leaves them out.
 
     With ``one_evaluation``, n steps are one evaluation over n h, by a ``loop`` of its own: a caller that always
     starts from the state at which the wrench last changed accumulates no error, and gets the same bits however the
@@ -61,6 +91,7 @@ class Integrator:
     step: Step
     work_size: int
     text: str
+    driven: Step | None = None
     reversible: bool = False  # with all momenta turned round, it goes back the way that it came, to round-off
     torque_free_only: bool = False  # needs a wrench that neither turns the body nor turns with it: see ``refusal``
     one_evaluation: bool = False
@@ -98,4 +129,8 @@ def script_of(integrator: Integrator, acting: Acting) -> Scripted:
 
 def loop_of(integrator: Integrator, acting: Acting) -> Steps:
     """The same as part of another kernel, which gives up Python's lock itself."""
+    if integrator.driven and acting.drive is not NO_DRIVE:
+        return in_pieces(
+            integrator.driven, acting if integrator.resisted else NOTHING_ACTS._replace(drive=acting.drive)
+        )
     return integrator.loop(integrator.step, acting if integrator.resisted else NOTHING_ACTS)

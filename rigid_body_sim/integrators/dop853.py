@@ -136,6 +136,7 @@ ERROR_5 = (
     -0.2235530786388629525884427845e-1,
 )
 _WEIGHTS = table((*A, B, ERROR_3, ERROR_5), STAGES)
+_TIMES = table(((0.0, *map(math.fsum, A)),), STAGES)  # of the stages, in sub-steps
 _B_ROW = STAGES * len(A)
 _ERROR_3_ROW = _B_ROW + STAGES
 _ERROR_5_ROW = _ERROR_3_ROW + STAGES
@@ -160,9 +161,11 @@ def step(acting: Acting, state: Floats, model: Floats, work: Floats, h: float) -
             error = _error(acting, state, model, work, trial, max(trial / h, SMALLEST_SHARE))
         if error <= 1.0 or (error < math.inf and trial <= SHORTEST * h):
             accept(state, work, _Z)
+            acting.drive.advance(model, trial)
             left -= trial
             if left <= 0.0:
                 return True
+            acting.drive.settle(model)
             _first_slope(acting, state, model, work)
         else:
             growth = SLOW_GROWTH
@@ -186,6 +189,7 @@ def _stages(acting: Acting, state: Floats, model: Floats, work: Floats, h: float
         _combine(work, STAGES * (i - 1), i, h, _Z)
         if not usable(work, _Z):
             return False
+        acting.drive.show(model, h * _TIMES[i])
         slope(acting, state, model, work, _Z, _Y, _K + UNKNOWNS * i)
     _combine(work, _B_ROW, STAGES, h, _Z)
     return usable(work, _Z)
@@ -223,6 +227,7 @@ INTEGRATOR = Integrator(
     order=ORDER,
     explicit=True,
     step=step,
+    driven=step,
     work_size=WORK_SIZE,
     resisted=True,
     adaptive=True,

@@ -237,7 +237,9 @@ def _is_pushed(models: Floats, at: int) -> bool:
 
 def _model_loader(carried: int) -> Callable[[Floats, Floats, int, Integers], int]:
     numbers = [*range(CARRIED, CARRIED + 3 * carried), *range(ARM_ROWS, ARM_ROWS + 12 * carried)]
-    load = _loader([MASS, MOST_MOMENTUM, SAFE_ANGULAR_MOMENTUM, *range(GYRO, REDUCED + 9 + 1), *numbers])
+    load = _loader(
+        [MASS, MOST_MOMENTUM, SAFE_ANGULAR_MOMENTUM, *range(GYRO, GYRO + 16), *range(REDUCED, REDUCED + 11), *numbers]
+    )
 
     @kernel
     def load_models(block: Floats, models: Floats, width: int, which: Integers) -> int:

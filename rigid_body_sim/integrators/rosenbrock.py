@@ -56,6 +56,8 @@ _C = table(
     ),
     _STAGES,
 )
+_TIMES = table(((0.0, 0.386, 0.21, 0.63, 1.0, 1.0),), _STAGES)  # of the stages, in sub-steps
+_DRIFTS = table(((0.25, -0.1043, 0.1035, -0.0362, 0.0, 0.0),), _STAGES)  # weights of what changes with time alone
 
 _JACOBIAN = SCRATCH  # J at the beginning of the sub-step, 12 rows of 12
 _SLOPE = _JACOBIAN + UNKNOWNS * UNKNOWNS  # slope there, 12
@@ -67,7 +69,8 @@ _U = _PIVOT + 6  # stages, 6 x 12
 _Z = _U + _STAGES * UNKNOWNS  # argument of a stage, 12
 _E = _Z + UNKNOWNS  # amplitudes of vibrations, 12
 _Y = _E + UNKNOWNS  # its 13-number state
-WORK_SIZE = _Y + LOW
+_DRIFT = _Y + LOW  # derivative of the slope by time alone, where there are actuators, 12
+WORK_SIZE = _DRIFT + UNKNOWNS
 _LAST = _U + UNKNOWNS * (_STAGES - 1)
 
 
@@ -86,9 +89,11 @@ def step(acting: Acting, state: Floats, model: Floats, work: Floats, h: float) -
             error = weighed(state, model, work, _Z, _LAST, max(trial / h, share), rate)
         if error <= 1.0 or (error < math.inf and trial <= SHORTEST * h):
             accept(state, work, _Z)
+            acting.drive.advance(model, trial)
             left -= trial
             if left <= 0.0:
                 return True
+            acting.drive.settle(model)
             _linearise(acting, state, model, work)
         trial = next_size(trial, error, ORDER, FASTEST_GROWTH)
         if trial < 0.1 * SHORTEST * h or is_hopeless(h - left, h, tried, MOST_SUBSTEPS):
@@ -103,6 +108,27 @@ def _linearise(acting: Acting, state: Floats, model: Floats, work: Floats) -> No
     for c in range(UNKNOWNS):
         work[_Z + c] = 0.0
     slope(acting, state, model, work, _Z, _Y, _SLOPE)
+    _find_drift(acting, state, model, work)
+
+
+@kernel
+def _find_drift(acting: Acting, state: Floats, model: Floats, work: Floats) -> None:
+    """What actuators change with time alone, from the slopes shortly before and after."""
+    moment = acting.drive.moment(model)
+    if moment > 0.0:
+        acting.drive.show(model, -moment)
+        slope(acting, state, model, work, _Z, _Y, _E)
+        acting.drive.show(model, moment)
+        slope(acting, state, model, work, _Z, _Y, _DRIFT)
+        for c in range(UNKNOWNS):
+            work[_DRIFT + c] = (work[_DRIFT + c] - work[_E + c]) / (2.0 * moment)
+
+
+@kernel
+def _add_drift(acting: Acting, model: Floats, work: Floats, to: int, weight: float) -> None:
+    if acting.drive.moment(model) > 0.0:
+        for c in range(UNKNOWNS):
+            work[to + c] += weight * work[_DRIFT + c]
 
 
 @kernel
@@ -159,6 +185,7 @@ def _stages(acting: Acting, state: Floats, model: Floats, work: Floats, h: float
     for c in range(UNKNOWNS):
         work[_U + c] = work[_SLOPE + c]
         work[_Z + c] = 0.0
+    _add_drift(acting, model, work, _U, h * _DRIFTS[0])
     _solve(model, work, _U, GAMMA * h)
     for i in range(1, _STAGES):
         if i < _STAGES - 1:
@@ -171,7 +198,9 @@ def _stages(acting: Acting, state: Floats, model: Floats, work: Floats, h: float
         if not usable(work, _Z):
             return False
         u = _U + UNKNOWNS * i
+        acting.drive.show(model, h * _TIMES[i])
         slope(acting, state, model, work, _Z, _Y, u)
+        _add_drift(acting, model, work, u, h * _DRIFTS[i])
         for j in range(i):
             _add_stage(work, u, _C[_STAGES * (i - 1) + j] / h, j)
         _solve(model, work, u, GAMMA * h)
@@ -298,6 +327,7 @@ INTEGRATOR = Integrator(
     order=ORDER,
     explicit=False,
     step=step,
+    driven=step,
     work_size=WORK_SIZE,
     resisted=True,
     adaptive=True,

@@ -11,15 +11,26 @@ closed form is not integrated: L under a torque fixed in the world, P and x unde
 
 import math
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..kernels import series
+from ..kernels import driven_series, series
 from ..kernels.arrays import Floats
 from ..kernels.compiled import kernel
+from ..kernels.drive import is_expanded
 from ..kernels.extended import xadd
-from ..kernels.model import CARRIED, FORCE, FORCE_WORLD, MASS, MOMENT_ROW, MOMENTS, N_CARRIED, ONLY_WORLD_TORQUE
+from ..kernels.model import (
+    CARRIED,
+    FORCE,
+    FORCE_WORLD,
+    INTERNAL,
+    MASS,
+    MOMENT_ROW,
+    MOMENTS,
+    N_CARRIED,
+    ONLY_WORLD_TORQUE,
+)
 from ..kernels.motion import Acting
 from ..kernels.row_vectors import crossed, rotated
 from ..kernels.series import HIGHEST_ORDER, NARROW
@@ -38,6 +49,8 @@ HOPELESS = 1000.0
 # most of all in short steps, of which there are many. In a long one it is the size of the last two terms, not the next.
 TOLERANCE = 2.0**-68
 LONG_TOLERANCE = 2.0**-60
+# The same of a short step in which actuators follow their commands: what is cut off of an exponential decays with it.
+DRIVEN_TOLERANCE = 2.0**-56
 # Share of |q| − 1 taken back in a step: enough to hold it, too little to pass on the noise of measuring it.
 NORM_GAIN = 2.0**-4
 
@@ -54,52 +67,54 @@ _SERIES = SCRATCH + 6  # of kernels.series
 WORK_SIZE = _SERIES + series.SIZE
 
 
-@kernel
-def step(acting: Acting, state: Floats, model: Floats, work: Floats, h: float) -> bool:
-    """One step in as many sub-steps as its series needs; False when it cannot be done."""
-    left = h
-    for _ in range(MOST_SUBSTEPS):
-        taken = _substep(state, model, work, left)
-        if not taken * (HOPELESS * MOST_SUBSTEPS) > left:
-            return False
-        left -= taken
-        if left <= 0.0:
-            return True
-    return False
+class Parts(NamedTuple):
+    """What a sub-step is made of, without actuators or with them."""
+
+    set_rates: Callable[[Floats, Floats, Floats], None]
+    set_thin_rates: Callable[[Floats, Floats, Floats, Floats], None]
+    turning: Callable[[Floats, Floats, Floats], float]
+    series: Callable[[Floats, Floats, float, float], tuple[int, float]]
+    translate: Callable[[Floats, Floats, Floats, int, float, float], None]
+    add_body_momentum: Callable[[Floats, Floats, Floats, float], None]
 
 
-@kernel
-def _substep(state: Floats, model: Floats, work: Floats, left: float) -> float:
-    """Advance by as much of ``left`` [s] as one series covers, and return it."""
-    rows = work[_SERIES:]
-    if is_thin(model):
-        _set_thin_rates(state, model, work, rows)
-    else:
-        series.set_rates(state, model, rows)
-    rate = math.sqrt(_turning(state, model, rows))
-    if rate == 0.0:
-        _set_constant_impulse(model, rows)
-        _fall_andpush(state, model, rows, left)
-        return left
-    # Taken from ``left`` without round-off: in a long step the sub-steps add up to the step, not to nearly that.
-    trial = left if rate * left <= TRIAL_ANGLE else left - (left - TRIAL_ANGLE / rate)
-    order, fraction = _series(rows, model, trial, rate * trial)
-    taken = trial if fraction == 1.0 else left - (left - fraction * trial)
-    fraction = taken / trial
-    if order == HIGHEST_ORDER:
-        series.gain_part(rows, fraction)
-    else:
-        series.gain_whole(rows)
-    _translate(state, model, rows, order, fraction, taken)
-    if model[ONLY_WORLD_TORQUE] == 0.0:
-        _add_body_momentum(state, model, rows, 0.5 * trial)
-    elif model[N_CARRIED] != 0.0:
-        for i in range(3):
-            add_compensated(state, L + i, taken * model[CARRIED + i])
-    _turn(state, rows)
-    if is_thin(model):
-        _align_thin(state, model, work, 0.5 * trial)
-    return taken
+def _substep_of(parts: Parts) -> Callable[[Floats, Floats, Floats, float], float]:
+    set_rates, set_thin_rates, turning, fill, translate, add_body_momentum = parts
+
+    @kernel
+    def substep(state: Floats, model: Floats, work: Floats, left: float) -> float:
+        """Advance by as much of ``left`` [s] as one series covers, and return it."""
+        rows = work[_SERIES:]
+        if is_thin(model):
+            set_thin_rates(state, model, work, rows)
+        else:
+            set_rates(state, model, rows)
+        rate = math.sqrt(turning(state, model, rows))
+        if rate == 0.0:
+            _set_constant_impulse(model, rows)
+            _fall_andpush(state, model, rows, left)
+            return left
+        # Taken from ``left`` without round-off: in a long step the sub-steps add up to the step, not to nearly that.
+        trial = left if rate * left <= TRIAL_ANGLE else left - (left - TRIAL_ANGLE / rate)
+        order, fraction = fill(rows, model, trial, rate * trial)
+        taken = trial if fraction == 1.0 else left - (left - fraction * trial)
+        fraction = taken / trial
+        if order == HIGHEST_ORDER:
+            series.gain_part(rows, fraction)
+        else:
+            series.gain_whole(rows)
+        translate(state, model, rows, order, fraction, taken)
+        if model[ONLY_WORLD_TORQUE] == 0.0:
+            add_body_momentum(state, model, rows, 0.5 * trial)
+        elif model[N_CARRIED] != 0.0:
+            for i in range(3):
+                add_compensated(state, L + i, taken * model[CARRIED + i])
+        _turn(state, rows)
+        if is_thin(model):
+            _align_thin(state, model, work, 0.5 * trial)
+        return taken
+
+    return substep
 
 
 @kernel
@@ -112,36 +127,65 @@ def _set_thin_rates(state: Floats, model: Floats, work: Floats, rows: Floats) ->
     rows[series.RATES + 3] = rows[series.RATES]
 
 
-_carry_none, _carry_one, _carry_three = series.carry(0), series.carry(1), series.carry(3)
+@kernel
+def _set_thin_whole(state: Floats, model: Floats, work: Floats, rows: Floats) -> None:
+    """The same with what spins inside, whose h is no part of I₀ ω."""
+    s = _SPIN
+    work[s], work[s + 3], work[s + 1], work[s + 4], work[s + 2], work[s + 5] = body_momentum(state)
+    for i in range(3):
+        rows[series.WHOLE + i] = work[s + i]
+        rows[series.RATES + i] = ((work[s + i] - model[INTERNAL + i]) + work[s + 3 + i]) / model[MOMENTS + i]
+    rows[series.WHOLE + 3], rows[series.RATES + 3] = rows[series.WHOLE], rows[series.RATES]
+
+
+def _turning_with(carry: Callable[[int], Callable[[Floats, Floats, Floats], float]]) -> Any:
+    none, one, three = carry(0), carry(1), carry(3)
+
+    @kernel
+    def turning(state: Floats, model: Floats, rows: Floats) -> float:
+        if model[N_CARRIED] == 0.0:
+            return none(state, model, rows)
+        if model[N_CARRIED] == 1.0:
+            return one(state, model, rows)
+        return three(state, model, rows)
+
+    return turning
+
+
+class Kind(NamedTuple):
+    """How a series is begun and gone on with, by the number of carried vectors."""
+
+    begin: Callable[[int], Callable[[Floats, Floats, float], float]]
+    more: Callable[[int], Callable[[Floats, Floats, int, int], tuple[float, float]]]
+    equations: type[series.Equations]
+    tolerance: float  # of short steps
+    is_enough: Callable[[Floats], bool]  # whether the orders are, of what is no part of q and what is gained
 
 
 @kernel
-def _turning(state: Floats, model: Floats, rows: Floats) -> float:
-    if model[N_CARRIED] == 0.0:
-        return _carry_none(state, model, rows)
-    if model[N_CARRIED] == 1.0:
-        return _carry_one(state, model, rows)
-    return _carry_three(state, model, rows)
+def _always(model: Floats) -> bool:
+    return True
 
 
-def _series_with(carried: int) -> Callable[[Floats, Floats, float, float], tuple[int, float]]:
-    begin, more = series.begin(carried), series.more_orders(carried)
-    to_6, to_8 = (series.first_orders(carried, last, 2) for last in (6, NARROW))
-    to_8_with_care = series.first_orders(carried, NARROW, 5)
+def _series_with(carried: int, kind: Kind) -> Callable[[Floats, Floats, float, float], tuple[int, float]]:
+    begin, more = kind.begin(carried), kind.more(carried)
+    to_6, to_8 = (series.first_orders(carried, last, 2, kind.equations) for last in (6, NARROW))
+    to_8_with_care = series.first_orders(carried, NARROW, 5, kind.equations)
+    tolerance, is_enough = kind.tolerance, kind.is_enough
 
     @kernel
     def fill(rows: Floats, model: Floats, trial: float, angle: float) -> tuple[int, float]:
         first = begin(rows, model, trial)
         if angle < TINY:
             last, before = to_6(rows, model)
-            if last * last <= TOLERANCE * first * before:
+            if last * last <= tolerance * first * before:
                 return 6, 1.0
         if angle < SHORT:
             last, before = to_8(rows, model)
-            if last * last <= TOLERANCE * first * before:
+            if last * last <= tolerance * first * before:
                 return NARROW, 1.0
         order, (last, before) = NARROW, to_8_with_care(rows, model)
-        while not last * last <= TOLERANCE * first * before:
+        while not (last * last <= TOLERANCE * first * before and is_enough(model)):
             if order == HIGHEST_ORDER:
                 return order, min(1.0, (LONG_TOLERANCE / last) ** (1.0 / HIGHEST_ORDER))
             last, before = more(rows, model, order, order + 4)
@@ -151,20 +195,23 @@ def _series_with(carried: int) -> Callable[[Floats, Floats, float, float], tuple
     return fill
 
 
-_fill_none, _fill_one, _fill_three = _series_with(0), _series_with(1), _series_with(3)
+def _series_of(kind: Kind) -> Callable[[Floats, Floats, float, float], tuple[int, float]]:
+    none, one, three = (_series_with(carried, kind) for carried in (0, 1, 3))
 
+    @kernel
+    def fill(rows: Floats, model: Floats, trial: float, angle: float) -> tuple[int, float]:
+        """Fill the series; the order that is enough, and the share of the trial step for which it is."""
+        if model[N_CARRIED] == 0.0:
+            return none(rows, model, trial, angle)
+        if model[N_CARRIED] == 1.0:
+            return one(rows, model, trial, angle)
+        return three(rows, model, trial, angle)
 
-@kernel
-def _series(rows: Floats, model: Floats, trial: float, angle: float) -> tuple[int, float]:
-    """Fill the series; the order that is enough, and the share of the trial step for which it is."""
-    if model[N_CARRIED] == 0.0:
-        return _fill_none(rows, model, trial, angle)
-    if model[N_CARRIED] == 1.0:
-        return _fill_one(rows, model, trial, angle)
-    return _fill_three(rows, model, trial, angle)
+    return fill
 
 
 _set_tiny_impulse, _set_short_impulse = series.short_impulse(6), series.short_impulse(NARROW)
+_set_tiny_driven_impulse, _set_short_driven_impulse = (driven_series.short_impulse(order) for order in (6, NARROW))
 
 
 @kernel
@@ -180,6 +227,18 @@ def _translate(state: Floats, model: Floats, rows: Floats, order: int, f: float,
         else:
             series.set_impulse(rows, model, order, f)
         _fall_andpush(state, model, rows, h)
+
+
+@kernel
+def _translate_driven(state: Floats, model: Floats, rows: Floats, order: int, f: float, h: float) -> None:
+    """The same under a force in body axes that actuators change."""
+    if order == 6:
+        _set_tiny_driven_impulse(rows, model)
+    elif order == NARROW:
+        _set_short_driven_impulse(rows, model)
+    else:
+        driven_series.set_impulse(rows, model, order, f)
+    _fall_andpush(state, model, rows, h)
 
 
 @straight_line
@@ -235,15 +294,21 @@ def turn_by(state: Any, d: Row) -> None:
 @straight_line
 def _add_body_momentum(state: Floats, model: Floats, rows: Floats, half: float) -> None:
     """Advance L from the body's own; ``half`` of the trial step [s]."""
-    w, d, gained = row(rows, series.RATES, 4), row(rows, series.GAIN, 4), row(rows, series.GAIN + 4, 4)
-    add_momentum(state, model, w, d, gained, half)
+    whole = row(model, MOMENT_ROW, 4) * row(rows, series.RATES, 4)
+    add_momentum(state, model, whole, row(rows, series.GAIN, 4), row(rows, series.GAIN + 4, 4), half)
 
 
-def add_momentum(state: Any, model: Any, w: Row, d: Row, eta: Row, half: Any) -> None:
+@straight_line
+def _add_whole_momentum(state: Floats, model: Floats, rows: Floats, half: float) -> None:
+    """The same with what spins inside."""
+    whole = row(rows, series.WHOLE, 4)
+    add_momentum(state, model, whole, row(rows, series.GAIN, 4), row(rows, series.GAIN + 4, 4), half)
+
+
+def add_momentum(state: Any, model: Any, whole: Row, d: Row, eta: Row, half: Any) -> None:
     """With l the angular momentum in principal axes, ΔL = R (Q l Q̄ − l₀) = R (Δl + 2 (s v × l + v × (v × l)))."""
-    moments = row(model, MOMENT_ROW, 4)
-    gained = moments * (eta / half)  # 1 / half would err the same way in each step
-    a = crossed(d, moments * w + gained)
+    gained = row(model, MOMENT_ROW, 4) * (eta / half)  # 1 / half would err the same way in each step
+    a = crossed(d, whole + gained)
     turned = rotated(row(state, Q, 4), gained + 2.0 * ((a + d[[3] * 4] * a) + crossed(d, a)))
     add_row(state, L - 1, picked(_NOTHING, turned, [0, 4, 5, 6]))
 
@@ -258,11 +323,72 @@ def _align_thin(state: Floats, model: Floats, work: Floats, half: float) -> None
     align(state, lx, lxl, ly, lyl, lz, lzl)
 
 
+_PLAIN = _substep_of(
+    Parts(
+        series.set_rates,
+        _set_thin_rates,
+        _turning_with(series.carry),
+        _series_of(Kind(series.begin, series.more_orders, series.Equations, TOLERANCE, _always)),
+        _translate,
+        _add_body_momentum,
+    )
+)
+_DRIVEN = _substep_of(
+    Parts(
+        driven_series.set_whole,
+        _set_thin_whole,
+        _turning_with(driven_series.carry),
+        _series_of(
+            Kind(
+                driven_series.begin_driven,
+                driven_series.more_driven_orders,
+                driven_series.Driven,
+                DRIVEN_TOLERANCE,
+                is_expanded,
+            )
+        ),
+        _translate_driven,
+        _add_whole_momentum,
+    )
+)
+
+
+@kernel
+def step(acting: Acting, state: Floats, model: Floats, work: Floats, h: float) -> bool:
+    """One step in as many sub-steps as its series needs; False when it cannot be done."""
+    left = h
+    for _ in range(MOST_SUBSTEPS):
+        taken = _PLAIN(state, model, work, left)
+        if not taken * (HOPELESS * MOST_SUBSTEPS) > left:
+            return False
+        left -= taken
+        if left <= 0.0:
+            return True
+    return False
+
+
+@kernel
+def driven_step(acting: Acting, state: Floats, model: Floats, work: Floats, h: float) -> bool:
+    """The same with actuators, for which the time passes, too."""
+    left = h
+    for _ in range(MOST_SUBSTEPS):
+        taken = _DRIVEN(state, model, work, left)
+        acting.drive.advance(model, taken)
+        if not taken * (HOPELESS * MOST_SUBSTEPS) > left:
+            return False
+        left -= taken
+        if left <= 0.0:
+            return True
+        acting.drive.settle(model)
+    return False
+
+
 INTEGRATOR = Integrator(
     name="taylor",
     order=None,
     explicit=True,
     step=step,
+    driven=driven_step,
     work_size=WORK_SIZE,
     reversible=True,
     text=(

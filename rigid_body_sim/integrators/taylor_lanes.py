@@ -10,7 +10,7 @@ from typing import Any
 from ..kernels import series
 from ..kernels.arrays import Floats
 from ..kernels.compiled import kernel
-from ..kernels.model import CARRIED, FORCE_WORLD
+from ..kernels.model import CARRIED, FORCE_WORLD, MOMENT_ROW
 from ..kernels.series import NARROW, Equations, Order
 from ..kernels.state import L, add_compensated, seems_finite
 from ..kernels.straight_line import in_lanes
@@ -127,7 +127,7 @@ def _fall(state: Floats, model: Floats, h: float) -> None:
 @in_lanes
 def _add_momentum(state: Floats, model: Floats, scratch: Floats, h: float) -> None:
     w, d, eta = (row(scratch, at, 4) for at in (_RATES, _GAIN, _GAIN + 4))
-    add_momentum(state, model, w, d, eta, 0.5 * h)
+    add_momentum(state, model, row(model, MOMENT_ROW, 4) * w, d, eta, 0.5 * h)
 
 
 @in_lanes

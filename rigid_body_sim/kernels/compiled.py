@@ -153,12 +153,12 @@ def ready_steps(request: Request) -> Steps:
 
 
 def _refuse_what_raises(run: Steps, state: Floats, model: Floats, work: Floats, h: float, n: int) -> int:
-    """Up to n steps, and how many were done; where arithmetic raises, the state is that before the step."""
-    before = state.copy()
+    """Up to n steps, and how many were done; where arithmetic raises, state and model are those before the step."""
+    before, model_before = state.copy(), model.copy()
     try:
         return run(state, model, work, h, n)
     except (ArithmeticError, ValueError):
-        state[:] = before
+        state[:], model[:] = before, model_before
     if n == 1:
         return 0
     first = _refuse_what_raises(run, state, model, work, h, n // 2)

@@ -102,7 +102,7 @@ def _make(folder: Path) -> None:
 
 def identity(function: Any) -> str:
     """A name of a function that is the same in every process: with those of the kernels over which it is a closure."""
-    closed = [cell.cell_contents for cell in function.__closure__ or ()]
+    closed = [cell.cell_contents for cell in getattr(function, "__closure__", None) or ()]
     return f"{function.__module__}.{function.__qualname__}{_names(closed) if closed else ''}"
 
 

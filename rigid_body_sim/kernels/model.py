@@ -25,8 +25,12 @@ RTOL = 30  # relative error that an error-controlled integrator may make in a st
 MOST_MOMENTUM = 31  # kg m/s: up to this P no component of the velocity exceeds FASTEST
 SAFE_ANGULAR_MOMENTUM = 32  # kg m²/s: up to this L no component of any velocity exceeds FASTEST, whatever the attitude
 MOST_LOADS = 8
-LOADS = 33  # of each kind of load (see effects): how many there are, and where in the model they begin, 8 x 2
-PARALLEL = LOADS + 2 * MOST_LOADS  # 1 when all levers have their vectors along that of the first
+LOADS = 33  # of each kind of load (see effects): how many there are, where they begin, and their memory; 8 x 3
+DRIVE = LOADS + 3 * MOST_LOADS  # where the row of all actuators begins (see kernels.drive); 0 where there are none
+MEMORY = DRIVE + 1  # where begins what goes on from step to step: the end of the model, that of actuators first
+INTERNAL = MEMORY + 1  # angular momentum of what spins inside, relative to the body, principal axes, a row of 4
+INTERNAL_SLOPE = INTERNAL + 4  # its derivative [N m], 4
+PARALLEL = INTERNAL_SLOPE + 4  # 1 when all levers have their vectors along that of the first
 ALONG_FIRST = PARALLEL + 1  # what is carried, and arms, of the levers: one vector, that of the first; 9 + 27
 ALONG_AXES = ALONG_FIRST + 36  # the same: the three world axes
 GYRO = ALONG_AXES + 36  # 2 EULER as a row, x y z x (see kernels.series); so are the next
@@ -70,3 +74,13 @@ def rates_principal(
     """Angular velocity in principal axes from the angular momentum L in the world: ω = I₀⁻¹ Rᵀ L, theory (2.4.3)."""
     x, y, z = qrotate_back(qw, qx, qy, qz, lx, ly, lz)
     return x / model[MOMENTS], y / model[MOMENTS + 1], z / model[MOMENTS + 2]
+
+
+@straight_line
+def rates_of_whole(
+    model: Floats, qw: float, qx: float, qy: float, qz: float, lx: float, ly: float, lz: float
+) -> tuple[float, float, float]:
+    """The same from that of the body with what spins inside: ω = I₀⁻¹ (Rᵀ L − h)."""
+    x, y, z = qrotate_back(qw, qx, qy, qz, lx, ly, lz)
+    i, m = INTERNAL, MOMENTS
+    return (x - model[i]) / model[m], (y - model[i + 1]) / model[m + 1], (z - model[i + 2]) / model[m + 2]

@@ -6,7 +6,8 @@ from typing import NamedTuple
 
 from .arrays import Floats
 from .compiled import kernel
-from .model import CARRIED, FORCE, MASS, N_CARRIED, Q_BODY_PRINCIPAL, rates_principal, to_body
+from .drive import Drive
+from .model import CARRIED, FORCE, MASS, N_CARRIED, Q_BODY_PRINCIPAL, rates_of_whole, rates_principal, to_body
 from .state import L, P, Q, X
 from .straight_line import straight_line
 from .tuples import Load, Motion, Quat, Vec, rotate_back, vec
@@ -15,12 +16,17 @@ from .wrench import arm_torque, force_world, torque_principal
 
 
 class Acting(NamedTuple):
-    """Kernels of all loads that act in a scene, one after the other, of each kind of question; see effects.base."""
+    """Kernels of all loads that act in a scene, one after the other, of each kind of question; see effects.base.
+
+    ``advance`` lets a step pass for what goes on from step to step; ``drive`` are the kernels of actuators.
+    """
 
     add_load: Callable[[Floats, Motion, Load], Load]
     add_jacobian: Callable[[Floats, Motion, bool, Floats, int], None]
     passes_kink: Callable[[Floats, Floats, Floats, int], bool]
     ringing: Callable[[Floats, Floats, float], float]
+    advance: Callable[[Floats, float], None]
+    drive: Drive
 
 
 @kernel
@@ -41,8 +47,8 @@ def body_attitude(model: Floats, q: Quat) -> Quat:
 
 @straight_line
 def rates_world(model: Floats, y: Floats, at: int, q: Quat) -> Vec:
-    """Angular velocity in the world: ω = R I₀⁻¹ Rᵀ L."""
-    wx, wy, wz = rates_principal(model, q.w, q.x, q.y, q.z, y[at + L], y[at + L + 1], y[at + L + 2])
+    """Angular velocity in the world: ω = R I₀⁻¹ (Rᵀ L − h)."""
+    wx, wy, wz = rates_of_whole(model, q.w, q.x, q.y, q.z, y[at + L], y[at + L + 1], y[at + L + 2])
     wx, wy, wz = qrotate(q.w, q.x, q.y, q.z, wx, wy, wz)
     return Vec(wx, wy, wz)
 
@@ -72,7 +78,7 @@ def derivative(acting: Acting, model: Floats, y: Floats, at: int, slope: Floats,
     depends on which way the body axes were chosen to point.
     """
     unit = unit_attitude(y, at)
-    wx, wy, wz = rates_principal(model, unit.w, unit.x, unit.y, unit.z, y[at + L], y[at + L + 1], y[at + L + 2])
+    wx, wy, wz = rates_of_whole(model, unit.w, unit.x, unit.y, unit.z, y[at + L], y[at + L + 1], y[at + L + 2])
     for i in range(3):
         slope[to + X + i] = y[at + P + i] / model[MASS]
     q = at + Q
@@ -96,7 +102,7 @@ def velocities_body(state: Floats, model: Floats, work: Floats, z: int, share: f
         state[L + 1] + share * work[z + 10],
         state[L + 2] + share * work[z + 11],
     )
-    wx, wy, wz = rates_principal(model, qw, qx, qy, qz, lx, ly, lz)
+    wx, wy, wz = rates_of_whole(model, qw, qx, qy, qz, lx, ly, lz)
     wx, wy, wz = to_body(model, wx, wy, wz)
     return rotate_back(body_attitude(model, Quat(qw, qx, qy, qz)), p), Vec(wx, wy, wz)
 
@@ -124,7 +130,7 @@ def jacobian(acting: Acting, model: Floats, y: Floats, at: int, taut: bool, out:
     """Exact Jacobian of (δx, b, δP, δL)' in world axes, 12 rows of 12 in out[o:o + 144], at the state y[at:].
 
     The attitude is counted as exp(b) q from the present one, so its own equation is b' = ω − ½ b × ω + ...; with
-    ω = A L and A = R I₀⁻¹ Rᵀ, ω changes by A δL + (A [L]× − [ω]×) b. ``taut`` counts slack tethers as pulling.
+    ω = A L − R I₀⁻¹ h and A = R I₀⁻¹ Rᵀ, ω changes by A δL + (A [L]× − [ω]×) b. ``taut``: slack tethers pull, too.
     """
     for i in range(144):
         out[o + i] = 0.0

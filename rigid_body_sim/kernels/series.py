@@ -36,26 +36,32 @@ MOST_CARRIED = 3
 # Where rows lie, from the start of what a caller sets aside; all begin at multiples of eight.
 RATES = 0  # ω in principal axes [rad/s]
 TORQUES = 4  # torque in principal axes [N m]
-GAIN = 8  # sum of the terms of order 1 and up: q and η; while they are being found, of order 2 and up
+GAIN = 8  # sum of the terms of order 1 and up: q and what is gained; while they are being found, of order 2 and up
 ARMS = 16  # ½ h² I₀⁻¹ A_i: the diagonals of A_i that go with (bx, by, bz), (by, bz, bx), (bz, bx, by)
 IMPULSE = ARMS + 36  # ∫ R F dθ, then ∬ R F dθ², of a force in body axes, in principal axes at the start
 SCALE = IMPULSE + 8  # ½ h²
+HALF = SCALE + 1  # ½ h
 TERMS = IMPULSE + 12
-TERM, RIGHT, LEFT = 0, 8, 24  # of each order: q and η; right; left, those of the carried vectors last
-STRIDE = LEFT + 16 + 8 * MOST_CARRIED + 8  # from one order to the next: no power of two, which would be slow
-SIZE = TERMS + (HIGHEST_ORDER + 1) * STRIDE
+TERM, RIGHT, LEFT = 0, 8, 24  # of each order: q and what is gained; right; left, those of the carried vectors last
+STRIDE = LEFT + 16 + 8 * (MOST_CARRIED + 1)  # from one order to the next: no power of two, which would be slow
+DRIVEN = TERMS + (HIGHEST_ORDER + 1) * STRIDE  # of each order what actuators do: force, torque, internal momentum, 12
+WHOLE = DRIVEN + 12 * (HIGHEST_ORDER + 1)  # Rᵀ L with what spins inside, 4
+SIZE = WHOLE + 4
 NARROW = 8  # up to this order rows of four are multiplied, which is quicker for few of them
 
 _BOTH = list(range(8))
 _TURN = np.array([1.0, 1.0, 1.0, -1.0])  # sign of the first two products in Q ⊗ η
-_VECTOR = np.array([1.0, 1.0, 1.0, 0.0])
+VECTOR = np.array([1.0, 1.0, 1.0, 0.0])
 
 
 class Order:
-    """One order: its terms, and the rows of the products that it is a factor of."""
+    """One order: its terms, and the rows of the products that it is a factor of.
 
-    def __init__(self, q: Row, eta: Row, carried: Sequence[Row]):
-        self.q, self.eta, self.carried = q, eta, carried
+    ``gained`` is what is added up beside q: η, or of a body with something that spins inside, ½ h I₀⁻¹ Rᵀ L.
+    """
+
+    def __init__(self, q: Row, eta: Row, carried: Sequence[Row], gained: Row | None = None):
+        self.q, self.eta, self.carried, self.gained = q, eta, carried, eta if gained is None else gained
         yzx, zxy = eta[YZX], eta[ZXY]
         self.right = [eta, zxy, yzx, zxy]
         self.left = [q[[3, 3, 3, 0]], q[[1, 2, 0, 2]], q[[2, 0, 1, 1]], yzx]
@@ -65,12 +71,12 @@ class Order:
     @property
     def size(self) -> Any:
         """Sum of the absolute values of its terms."""
-        return sum_of(magnitude(self.q) + magnitude(self.eta))
+        return sum_of(magnitude(self.q) + magnitude(self.gained))
 
     def keep(self, work: Any, k: Any, wide: bool = False) -> None:
         """Write it to where the others are found, as rows of eight where ``wide``."""
         at = TERMS + k * STRIDE
-        for place, rows in ((TERM, [self.q, self.eta]), (RIGHT, self.right), (LEFT, self.left)):
+        for place, rows in ((TERM, [self.q, self.gained]), (RIGHT, self.right), (LEFT, self.left)):
             for i in range(0, len(rows), 2 if wide else 1):
                 set_row(work, at + (place + 4 * i), picked(rows[i], rows[i + 1], _BOTH) if wide else rows[i])
 
@@ -89,49 +95,72 @@ class Equations:
     """The equations of motion as a recurrence from order to order.
 
     ``scale`` is ½ h² of a trial step of h [s]; ``arm(at)`` are the rows of all A_i, four numbers each, by I₀⁻¹ ½ h².
+    An order carries ``more`` vectors along than those that the torque needs.
     """
+
+    more = 0
 
     def __init__(self, model: Any, scale: Any, arm: Callable[[int], Row]):
         self.model, self.scale, self.arm = model, scale, arm
 
+    @classmethod
+    def kept(cls, work: Any, model: Any) -> "Equations":
+        """Those of the trial step that was begun."""
+        return cls(model, work[SCALE], lambda at: row(work, ARMS + at, 4))
+
+    @staticmethod
+    def vectors(work: Any, half: Any, carried: int) -> list[Row]:
+        """What each order carries along, at the start of a trial step; ``half`` of it [s]."""
+        return [_carried_vector(work, TERMS, i) for i in range(carried)]
+
     def first_two(self, half: Row, torque: Row, vectors: Sequence[Row]) -> tuple[Order, Order]:
         """Orders 0 and 1, from ½ h ω, the torque [N m] and the carried vectors at the start."""
-        oldest = Order(1.0 - _VECTOR, half, vectors)
+        oldest = Order(1.0 - VECTOR, half, vectors)
         gyroscopic = row(self.model, DIFFERENCES, 4) * (half[YZX] * half[ZXY])
         gained = (gyroscopic + self.scale * torque) / row(self.model, MOMENT_ROW, 4)
-        return oldest, Order(_VECTOR * half, gained, [2.0 * crossed(b, half) for b in vectors])
+        return oldest, Order(VECTOR * half, gained, [2.0 * crossed(b, half) for b in vectors])
 
     def next(self, k: Any, middle: Sequence[Row], newest: Order, oldest: Order, careful: bool = False) -> Order:
         """Order k + 1, for k above 0; ``middle`` are its products without those with order 0."""
-        share = 1.0 / (k + 1)
-        by_w, by_yzx, by_zxy, yzx = newest.left[:4]
-        eta_old, zxy_old, yzx_old = oldest.right[:3]
-        turn = (middle[0] + by_w * eta_old) + (middle[1] + by_yzx * zxy_old)
-        q = share * ((_VECTOR * newest.eta + _TURN * turn) - (middle[2] + by_zxy * yzx_old))
-        products = middle[3] + (yzx * zxy_old + newest.right[1] * yzx_old)
+        share, (zxy_old, yzx_old) = 1.0 / (k + 1), oldest.right[1:3]
+        q = turned_on(share, middle, newest, oldest)
+        products = middle[3] + (newest.left[3] * zxy_old + newest.right[1] * yzx_old)
         eta = (self._careful_rates if careful else self._rates)(k, products, newest)
-        return Order(q, eta, [_turned(2.0 * share, i, middle, newest, oldest) for i in range(len(newest.carried))])
+        return Order(q, eta, carried_on(2.0 * share, middle, newest, oldest))
 
     def _rates(self, k: Any, products: Row, newest: Order) -> Row:
         share = 1.0 / (k + 1)
         gained = (share * row(self.model, GYRO, 4)) * products
         for i, b in enumerate(newest.carried):
-            gained = gained + share * _times([self.arm(12 * i + at) for at in (0, 4, 8)], b)
+            gained = gained + share * times([self.arm(12 * i + at) for at in (0, 4, 8)], b)
         return gained
 
     def _careful_rates(self, k: int, products: Row, newest: Order) -> Row:
         """The same by division, with the rounding of a quotient that is another one each time."""
         gained = row(self.model, DIFFERENCES, 4) * products
         for i, b in enumerate(newest.carried):
-            gained = gained + self.scale * _times(_arm_rows(self.model, i), b)
+            gained = gained + self.scale * times(arm_rows(self.model, i), b)
         return gained / row(self.model, MOMENT_ROW, 4) / float(k + 1)
 
 
-def _arm_rows(model: Any, i: int) -> list[Row]:
+def turned_on(share: Any, middle: Sequence[Row], newest: Order, oldest: Order) -> Row:
+    """``share`` times the coefficient of Q ⊗ η."""
+    by_w, by_yzx, by_zxy = newest.left[:3]
+    eta_old, zxy_old, yzx_old = oldest.right[:3]
+    turn = (middle[0] + by_w * eta_old) + (middle[1] + by_yzx * zxy_old)
+    return share * ((VECTOR * newest.eta + _TURN * turn) - (middle[2] + by_zxy * yzx_old))
+
+
+def carried_on(share: Any, middle: Sequence[Row], newest: Order, oldest: Order) -> list[Row]:
+    """``share`` times the coefficient of b × η, of each carried vector b."""
+    return [_turned(share, i, middle, newest, oldest) for i in range(len(newest.carried))]
+
+
+def arm_rows(model: Any, i: int) -> list[Row]:
     return [row(model, ARM_ROWS + 12 * i + at, 4) for at in (0, 4, 8)]
 
 
-def _times(diagonals: Sequence[Row], b: Row) -> Row:
+def times(diagonals: Sequence[Row], b: Row) -> Row:
     """A b of a matrix that is given as three diagonals."""
     straight, once, twice = diagonals
     return (straight * b + once * b[YZX]) + twice * b[ZXY]
@@ -164,12 +193,17 @@ def carry(carried: int) -> Callable[[Floats, Floats, Floats], float]:
     @straight_line
     def set_carried(state: Floats, model: Floats, work: Floats) -> float:
         vectors, torque = carried_vectors(state, model, carried)
-        for i, b in enumerate(vectors):
-            set_row(work, TERMS + (LEFT + 16 + 8 * i), b[ZXY])
+        set_carried_vectors(work, vectors)
         set_row(work, TORQUES, torque)
         return turning(row(work, RATES, 4), torque, model)
 
     return set_carried
+
+
+def set_carried_vectors(work: Any, vectors: Sequence[Row]) -> None:
+    """Put them to where the trial step that begins finds them."""
+    for i, b in enumerate(vectors):
+        set_row(work, TERMS + (LEFT + 16 + 8 * i), b[ZXY])
 
 
 def carried_vectors(state: Any, model: Any, carried: int) -> tuple[list[Row], Row]:
@@ -178,7 +212,7 @@ def carried_vectors(state: Any, model: Any, carried: int) -> tuple[list[Row], Ro
     for i in range(carried):
         x, y, z = (model[CARRIED + 3 * i + axis] for axis in range(3))
         b = rotated_back(row(state, Q, 4), row_of(x, y, z, x))
-        torque = torque + _times(_arm_rows(model, i), b)
+        torque = torque + times(arm_rows(model, i), b)
         vectors.append(b)
     return vectors, torque
 
@@ -190,16 +224,16 @@ def turning(w: Row, torque: Row, model: Any) -> Any:
     return (x + y) + z
 
 
-def begin(carried: int) -> Callable[[Floats, Floats, float], float]:
+def begin(carried: int, kind: type[Equations] = Equations) -> Callable[[Floats, Floats, float], float]:
     """The kernel that sets orders 0 and 1 for a trial step of h [s], and returns the size of order 1."""
 
     @straight_line
     def set_first(work: Floats, model: Floats, h: float) -> float:
-        equations = trial(model, h, carried)
-        work[SCALE] = equations.scale
+        found = trial(model, h, carried)
+        work[SCALE], work[HALF] = found.scale, 0.5 * h
         for at in range(0, 12 * carried, 4):
-            set_row(work, ARMS + at, equations.arm(at))
-        vectors = [_carried_vector(work, TERMS, i) for i in range(carried)]
+            set_row(work, ARMS + at, found.arm(at))
+        equations, vectors = kind.kept(work, model), kind.vectors(work, 0.5 * h, carried)
         orders = equations.first_two((0.5 * h) * row(work, RATES, 4), row(work, TORQUES, 4), vectors)
         for k, order in enumerate(orders):
             order.keep(work, k)
@@ -215,11 +249,9 @@ def trial(model: Any, h: Any, carried: int) -> Equations:
     return Equations(model, scale, lambda at: arms[at // 4])
 
 
-def _kept_equations(work: Any, model: Any) -> Equations:
-    return Equations(model, work[SCALE], lambda at: row(work, ARMS + at, 4))
-
-
-def first_orders(carried: int, last: int, careful: int) -> Callable[[Floats, Floats], tuple[float, float]]:
+def first_orders(
+    carried: int, last: int, careful: int, kind: type[Equations] = Equations
+) -> Callable[[Floats, Floats], tuple[float, float]]:
     """The kernel that adds orders 2 to ``last``, and returns sizes: of the last pair of terms, and of that before.
 
     Up to order ``careful`` quotients are formed by division: what rounding drops of 1/3, or of a coefficient of Euler's
@@ -228,9 +260,9 @@ def first_orders(carried: int, last: int, careful: int) -> Callable[[Floats, Flo
 
     @straight_line
     def add_orders(work: Floats, model: Floats) -> tuple[float, float]:
-        q, eta = added_up_to(last, careful, _kept_equations(work, model), _Kept(work, carried))
+        q, gained = added_up_to(last, careful, kind.kept(work, model), _Kept(work, carried + kind.more))
         set_row(work, GAIN, q)
-        set_row(work, GAIN + 4, eta)
+        set_row(work, GAIN + 4, gained)
         return _kept_sizes(work, last)
 
     return add_orders
@@ -257,12 +289,12 @@ class _Kept:
 
 def added_up_to(last: int, careful: int, equations: Equations, orders: Any) -> tuple[Row, Row]:
     """Add orders 2 to ``last`` to orders 0 and 1, and return the sums of their terms; see ``first_orders``."""
-    oldest, newest, q, eta = orders[0], orders[1], np.zeros(4), np.zeros(4)
+    oldest, newest, q, gained = orders[0], orders[1], np.zeros(4), np.zeros(4)
     for k in range(1, last):
         newest = equations.next(k, _products(orders, k, len(oldest.left)), newest, oldest, careful=k < careful)
         orders.append(newest)
-        q, eta = q + newest.q, eta + newest.eta
-    return q, eta
+        q, gained = q + newest.q, gained + newest.gained
+    return q, gained
 
 
 def added_as_wide(last: int, equations: Equations, orders: list[Order]) -> None:
@@ -288,24 +320,26 @@ def sizes(orders: Sequence[Order], last: int) -> tuple[Any, Any]:
     return sum_of(a + b), sum_of(c + d)
 
 
-def more_orders(carried: int) -> Callable[[Floats, Floats, int, int], tuple[float, float]]:
+def more_orders(
+    carried: int, kind: type[Equations] = Equations
+) -> Callable[[Floats, Floats, int, int], tuple[float, float]]:
     """The kernel that goes on from order ``first`` to ``last``, eight numbers at a time."""
 
     @straight_line
     def add_orders(work: Floats, model: Floats, first: int, last: int) -> tuple[float, float]:
-        oldest, begin = _kept(work, 0, carried), _kept(work, first, carried)
-        equations = _kept_equations(work, model)
+        oldest, begin = (_kept(work, k, carried + kind.more) for k in (0, first))
+        equations = kind.kept(work, model)
 
-        def add(k: Any, q: Row, eta: Row, *rows: Row) -> tuple[Row, ...]:
+        def add(k: Any, q: Row, gained: Row, *rows: Row) -> tuple[Row, ...]:
             newest = Order(rows[0], rows[1], rows[2:])
             order = equations.next(k, _kept_products(work, k, len(newest.left)), newest, oldest)
             order.keep(work, k + 1, wide=True)
-            return q + order.q, eta + order.eta, order.q, order.eta, *order.carried
+            return q + order.q, gained + order.gained, order.q, order.eta, *order.carried
 
         start = row(work, GAIN, 4), row(work, GAIN + 4, 4), begin.q, begin.eta, *begin.carried
-        q, eta, *_ = repeated(first, last, start, add)
+        q, gained, *_ = repeated(first, last, start, add)
         set_row(work, GAIN, q)
-        set_row(work, GAIN + 4, eta)
+        set_row(work, GAIN + 4, gained)
         return _kept_sizes(work, last)
 
     return add_orders
@@ -363,21 +397,21 @@ def gain_part(work: Floats, f: float) -> None:
 
 # Gauss' nodes between 0 and 1, and the weights with which values there make ∫ dθ and ∬ dθ². Written down, as what a
 # library computes differs in the last digit from one machine to another, and so would the bits of a run.
-_THREE_NODES = np.array(
+THREE_NODES = np.array(
     [
         (0.11270166537925831, 0.5, 0.8872983346207417),
         (0.2777777777777778, 0.4444444444444444, 0.2777777777777778),
         (0.2464717596168727, 0.2222222222222222, 0.031306018160905086),
     ]
 )
-_FOUR_NODES = np.array(
+FOUR_NODES = np.array(
     [
         (0.06943184420297371, 0.33000947820757187, 0.6699905217924281, 0.9305681557970263),
         (0.17392742256872692, 0.32607257743127305, 0.32607257743127305, 0.17392742256872692),
         (0.1618513208623103, 0.21846553629538057, 0.1076070411358925, 0.012076101706416622),
     ]
 )
-_EIGHT_NODES = np.array(
+EIGHT_NODES = np.array(
     [
         (0.019855071751231884, 0.10166676129318664, 0.2372337950418355, 0.4082826787521751),
         (0.591717321247825, 0.7627662049581645, 0.8983332387068134, 0.9801449282487681),
@@ -392,7 +426,7 @@ _EIGHT_NODES = np.array(
 @straight_line
 def set_impulse(work: Floats, model: Floats, order: int, f: float) -> None:
     """Find the impulse of the force in body axes over a share f of the trial step, from its values at eight times."""
-    times, weights, second_weights = _EIGHT_NODES
+    times, weights, second_weights = EIGHT_NODES
     then, top = f * times, order + 1
 
     def add_term(i: Any, *sums: Row) -> tuple[Row, ...]:
@@ -400,22 +434,35 @@ def set_impulse(work: Floats, model: Floats, order: int, f: float) -> None:
         return tuple(then * (one + work[at + n]) for n, one in enumerate(sums))
 
     turn = repeated(1, top, tuple(np.zeros(8) for _ in range(4)), add_term)
-    _keep_impulse(work, _impulse(model, turn, weights, second_weights))
+    keep_impulse(work, _impulse(model, turn, weights, second_weights))
 
 
-def _keep_impulse(work: Any, impulse: tuple[Row, Row]) -> None:
+def keep_impulse(work: Any, impulse: tuple[Row, Row]) -> None:
+    """Put ∫ R F dθ and ∬ R F dθ² to where the step finds them."""
     set_row(work, IMPULSE, impulse[0])
     set_row(work, IMPULSE + 4, impulse[1])
 
 
 def _impulse(model: Any, turn: Sequence[Row], weights: Row, second_weights: Row) -> tuple[Row, Row]:
-    """∫ R F dθ and ∬ R F dθ². With Q = 1 + [s, v] and a = v × F, R F = F + 2 (a + s a + v × a)."""
+    """∫ R F dθ and ∬ R F dθ² of the force in body axes."""
+    return impulse_under([model[FORCE + axis] for axis in range(3)], None, turn, weights, second_weights)
+
+
+def impulse_under(
+    start: Sequence[Any], change: Sequence[Row] | None, turn: Sequence[Row], weights: Row, second_weights: Row
+) -> tuple[Row, Row]:
+    """The same of one that is ``start`` and, where it changes, by how much at each node.
+
+    With Q = 1 + [s, v] and a = v × F, R F = F + 2 (a + s a + v × a).
+    """
     x, y, z, s = turn
-    force = [model[FORCE + axis] for axis in range(3)]
+    force = start if change is None else [one + more for one, more in zip(start, change, strict=True)]
     a = cross(x, y, z, *force)
-    gains = [one + (s * one + two) for one, two in zip(a, cross(x, y, z, *a), strict=True)]
+    gains = [2.0 * (one + (s * one + two)) for one, two in zip(a, cross(x, y, z, *a), strict=True)]
+    if change is not None:
+        gains = [more + gain for more, gain in zip(change, gains, strict=True)]
     once, twice = (
-        [share * one + 2.0 * sum_of(by * gain) for one, gain in zip(force, gains, strict=True)]
+        [share * one + sum_of(by * gain) for one, gain in zip(start, gains, strict=True)]
         for share, by in ((1.0, weights), (0.5, second_weights))
     )
     return row_of(*once, once[0]), row_of(*twice, twice[0])
@@ -423,7 +470,7 @@ def _impulse(model: Any, turn: Sequence[Row], weights: Row, second_weights: Row)
 
 def impulse_of(model: Any, terms: Sequence[Row]) -> tuple[Row, Row]:
     """What ``set_impulse`` finds over a whole step, from the terms of q of order 1 and up."""
-    times, weights, second_weights = _EIGHT_NODES
+    times, weights, second_weights = EIGHT_NODES
     sums: list[Any] = [np.zeros(8) for _ in range(4)]
     for q in reversed(terms):
         sums = [times * (one + q[n]) for n, one in enumerate(sums)]
@@ -436,14 +483,14 @@ def short_impulse(order: int) -> Callable[[Floats, Floats], None]:
     @straight_line
     def set_short_impulse(work: Floats, model: Floats) -> None:
         terms = [row(work, TERMS + k * STRIDE + TERM, 4) for k in range(1, order + 1)]
-        _keep_impulse(work, few_orders_impulse(model, terms))
+        keep_impulse(work, few_orders_impulse(model, terms))
 
     return set_short_impulse
 
 
 def few_orders_impulse(model: Any, terms: Sequence[Row]) -> tuple[Row, Row]:
     """The same, from the 6 or 8 terms of q of order 1 and up, of which the last two count for less than round-off."""
-    times, weights, second_weights = _THREE_NODES if len(terms) == 6 else _FOUR_NODES
+    times, weights, second_weights = THREE_NODES if len(terms) == 6 else FOUR_NODES
     sums, power = [np.zeros(len(times)) for _ in range(4)], np.ones(len(times))
     for q in terms[:-2]:
         power = power * times

@@ -18,12 +18,13 @@ from .extended import xrotate_back, xunscale
 from .model import (
     CENTER_OF_MASS,
     FASTEST,
+    INTERNAL,
     MASS,
     MOMENTS,
     MOST_MOMENTUM,
     Q_BODY_PRINCIPAL,
     SAFE_ANGULAR_MOMENTUM,
-    rates_principal,
+    rates_of_whole,
     to_body,
     to_principal,
 )
@@ -36,7 +37,7 @@ from .wrench import force_world, reduce_wrench, torque_principal
 X = 0  # position of the centre of mass [m, world], 3
 Q = 3  # unit quaternion (w, x, y, z), principal axes → world, 4
 P = 7  # momentum [kg m/s, world], 3
-L = 10  # angular momentum about the centre of mass [kg m²/s, world], 3
+L = 10  # angular momentum about the centre of mass, with that of what spins inside [kg m²/s, world], 3
 LOW = 13  # where the low-order parts begin
 SIZE = 26
 THIN = 10.0  # ratio of the moments above which a body counts as thin
@@ -63,8 +64,9 @@ def rates(state: Floats, model: Floats) -> tuple[float, float, float]:
     """Angular velocity of the state in principal axes, to round-off for thin bodies too."""
     if is_thin(model):
         x, _, y, _, z, _ = body_momentum(state)
-        return x / model[MOMENTS], y / model[MOMENTS + 1], z / model[MOMENTS + 2]
-    return rates_principal(
+        i, m = INTERNAL, MOMENTS
+        return (x - model[i]) / model[m], (y - model[i + 1]) / model[m + 1], (z - model[i + 2]) / model[m + 2]
+    return rates_of_whole(
         model, state[Q], state[Q + 1], state[Q + 2], state[Q + 3], state[L], state[L + 1], state[L + 2]
     )
 
@@ -106,6 +108,7 @@ def write_state(values: Sequence[float] | Floats, model: Floats, state: Floats) 
     state[P], state[P + 1], state[P + 2] = mass * (values[7] + ux), mass * (values[8] + uy), mass * (values[9] + uz)
     lx, ly, lz = to_principal(model, wx, wy, wz)
     lx, ly, lz = model[m] * lx, model[m + 1] * ly, model[m + 2] * lz
+    lx, ly, lz = lx + model[INTERNAL], ly + model[INTERNAL + 1], lz + model[INTERNAL + 2]
     # R l to the nearest floats and their low-order parts, with q of unit length but for round-off
     qq, qql, ax, axl, ay, ayl, az, azl = xrotate_back(w, 0.0, -x, 0.0, -y, 0.0, -z, 0.0, lx, 0.0, ly, 0.0, lz, 0.0)
     for i in range(LOW, SIZE):
@@ -287,6 +290,6 @@ def _sizes(state: Floats) -> tuple[float, float, float, float]:
 def _rates_are_finite(state: Floats, model: Floats) -> bool:
     """Whether ω, and what it adds to the velocity of the body frame's origin, stay below FASTEST."""
     w, x, y, z, c = state[Q], state[Q + 1], state[Q + 2], state[Q + 3], CENTER_OF_MASS
-    wx, wy, wz = rates_principal(model, w, x, y, z, state[L], state[L + 1], state[L + 2])
+    wx, wy, wz = rates_of_whole(model, w, x, y, z, state[L], state[L + 1], state[L + 2])
     lever = 1.0 + abs(model[c]) + abs(model[c + 1]) + abs(model[c + 2])
     return max(abs(wx), abs(wy), abs(wz)) <= FASTEST / lever

@@ -51,6 +51,10 @@ class Symbol:
     def __rmul__(self, other: Any) -> "Symbol":
         return as_symbol(self.builder, other) * self
 
+    def __floordiv__(self, other: Any) -> "Symbol":
+        """Of whole numbers that are not below 0."""
+        return self._with(other, "sdiv")
+
     def __truediv__(self, other: Any) -> "Symbol":
         return self.real._with(other, "div")
 

@@ -228,7 +228,7 @@ def names_a_file(name: str) -> bool:
 
 def members(group: str, names: Iterable[str]) -> list[str]:
     """Names of the user's among dotted ``names`` of a group such as ``frames``, each once, in alphabetical order."""
-    return sorted({name.split(".")[1] for name in names if name.startswith(f"{group}.")})
+    return sorted({name.split(".")[1] for name in names if name.startswith(f"{group}.") and name not in BY_NAME})
 
 
 def unknown(name: str, pattern: str, known: Iterable[str]) -> str:

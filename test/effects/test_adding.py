@@ -42,7 +42,7 @@ def copy(tmp_path_factory):
     effects = folder / "rigid_body_sim" / "effects"
     (effects / "dipole.py").write_text(block, encoding="utf-8")
     registry = (effects / "__init__.py").read_text(encoding="utf-8")
-    registry = registry.replace("import constant_force,", "import constant_force, dipole,")
+    registry = registry.replace("constant_force, ", "constant_force, dipole, ", 1)
     registry = registry.replace("    constant_force.EFFECT,\n", "    constant_force.EFFECT,\n    dipole.EFFECT,\n")
     assert registry.count("dipole") == 2
     (effects / "__init__.py").write_text(registry, encoding="utf-8")

@@ -8,7 +8,7 @@ from numpy.testing import assert_allclose
 
 from rigid_body_sim import Body, Scene, Simulation, State, Wrench
 from rigid_body_sim.effects import REGISTRY
-from rigid_body_sim.effects.base import LoadEffect, SeriesEffect
+from rigid_body_sim.effects.base import DriveEffect, LoadEffect, SeriesEffect
 from rigid_body_sim.integrators import substep
 from rigid_body_sim.kernels import kernel_cache, motion
 from rigid_body_sim.kernels.model import MOST_LOADS
@@ -29,10 +29,17 @@ TURN = rotation.normalize((0.7, -0.2, 0.5, 0.4))
 
 EFFECTS = pytest.mark.parametrize("effect", REGISTRY.values(), ids=list(REGISTRY))
 LOADS = [effect for effect in REGISTRY.values() if isinstance(effect, LoadEffect)]
+STATED = [effect for effect in REGISTRY.values() if not isinstance(effect, DriveEffect)]  # that do no work of their own
 
 
 def given(effect, one):
     return {effect.name: [one] if effect.many else one}
+
+
+def fields_of(effect):
+    """What a user writes of one, its name apart where names are in a list of their own."""
+    fields = effect.example._fields if hasattr(effect.example, "_fields") else effect.example.__dataclass_fields__
+    return [field for field in fields if not (effect.order and field == "name")]
 
 
 def simulation(effect, one, body=BODY, state=START, gravity=GRAVITY, **options):
@@ -55,12 +62,12 @@ def replaced(one, **fields):
 @EFFECTS
 def test_it_is_of_one_kind_and_its_parameters_make_it(effect):
     """Each field of what users write has one parameter, below the effect's name."""
-    assert isinstance(effect, SeriesEffect) != isinstance(effect, LoadEffect)
+    assert sum(isinstance(effect, kind) for kind in (SeriesEffect, LoadEffect, DriveEffect)) == 1
     begin = f"{effect.name}.<name>." if effect.many else f"{effect.name}."
-    rows = {parameter.name.removeprefix(begin): parameter for parameter in effect.parameters}
-    fields = effect.example._fields if hasattr(effect.example, "_fields") else effect.example.__dataclass_fields__
-    assert set(rows) == set(fields) and set(effect.world) <= set(fields)
-    assert all(parameter.name.startswith(begin) and parameter.text for parameter in effect.parameters)
+    own = [parameter for parameter in effect.parameters if parameter.name != effect.order]
+    rows = {parameter.name.removeprefix(begin): parameter for parameter in own}
+    assert set(rows) == set(fields_of(effect)) and set(effect.world) <= set(rows)
+    assert all(parameter.name.startswith(begin) and parameter.text for parameter in own)
     assert set(effect.parameters) <= set(schema.TABLE)
 
 
@@ -68,8 +75,8 @@ def test_it_is_of_one_kind_and_its_parameters_make_it(effect):
 def test_scene_makes_what_its_parameters_say(effect):
     """So that YAML file, node and Simulation mean the same."""
     place = f"{effect.name}.one" if effect.many else effect.name
-    fields = effect.example._fields if hasattr(effect.example, "_fields") else effect.example.__dataclass_fields__
-    scene = Scene({f"{place}.{field}": getattr(effect.example, field) for field in fields})
+    order = {effect.order: ["one"]} if effect.order else {}
+    scene = Scene({**order, **{f"{place}.{field}": getattr(effect.example, field) for field in fields_of(effect)}})
     assert scene.effect(effect.name) == effect.present
     assert Scene().effect(effect.name) == effect.absent
     assert Simulation.from_scene(scene).terms.acting[effect.name] == (effect.example,)
@@ -109,11 +116,19 @@ def test_it_acts(effect):
 def test_what_is_not_there_costs_nothing(effect):
     """No number in the model, no kernel, and the plan says so."""
     none, one = Terms(BODY), Terms(BODY, **given(effect, effect.example))
-    size = effect.size if isinstance(effect, LoadEffect) else len(list(effect.levers(effect.example, BODY))) * 7
-    assert len(one.model(Wrench())) - len(none.model(Wrench())) == size
+    assert len(one.model(Wrench())) - len(none.model(Wrench())) == size_of(effect)
     assert (one.kernels is none.kernels) == isinstance(effect, SeriesEffect)
     assert effect.left_out in none.left_out and effect.left_out not in one.left_out
     assert effect.left_out in Simulation(BODY).plan.left_out
+
+
+def size_of(effect):
+    """Numbers of the example in the model."""
+    if isinstance(effect, LoadEffect):
+        return effect.size
+    if isinstance(effect, DriveEffect):
+        return len(effect.row((effect.example,), BODY))
+    return 7 * len(list(effect.levers(effect.example, BODY)))
 
 
 @EFFECTS
@@ -145,7 +160,7 @@ def test_turned_scene_has_the_turned_motion(effect):
     assert_allclose(there.state.angular_velocity, expected.angular_velocity, rtol=0, atol=1e-9)
 
 
-@EFFECTS
+@pytest.mark.parametrize("effect", STATED, ids=[effect.name for effect in STATED])
 def test_energy_is_kept_or_taken_out_as_stated(effect):
     """Kinetic and potential, over 2 s; measured 5e-15 of what is exchanged for series, 1e-9 for loads."""
     sim, energies, kinetic = simulation(effect, effect.example, rtol=1e-11), [], []
@@ -162,7 +177,7 @@ def test_energy_is_kept_or_taken_out_as_stated(effect):
         assert np.ptp(energies) < 1e-7 * exchanged
 
 
-MANY = [effect for effect in REGISTRY.values() if effect.many]
+MANY = [effect for effect in STATED if effect.many]  # of actuators see test_actuators: they need names of their own
 
 
 @pytest.mark.parametrize("effect", MANY, ids=[effect.name for effect in MANY])
@@ -197,7 +212,7 @@ def test_jacobian_of_a_load_is_its_derivative(effect):
 
 @EFFECTS
 def test_integrator_that_leaves_it_out_is_refused(effect):
-    leaves_out = "rkmk4" if isinstance(effect, LoadEffect) else "exact"
+    leaves_out = "exact" if isinstance(effect, SeriesEffect) else "rkmk4"
     with pytest.raises(ValueError, match=f"'{leaves_out}' leaves out"):
         simulation(effect, effect.example, integrator=leaves_out)
 
@@ -224,5 +239,5 @@ def test_kernels_of_a_set_of_loads_are_made_once():
 
 
 def test_effect_that_is_not_known_is_named():
-    with pytest.raises(TypeError, match=r"drga: not a term; there are gravity, rtol, drag, tethers, forces"):
+    with pytest.raises(TypeError, match=r"drga: not a term; there are gravity, rtol, drag, tethers, forces, actuators"):
         Simulation(BODY, drga=1.0)

@@ -118,7 +118,9 @@ def test_everything_given_has_a_place_of_its_own_in_the_model():
         layout.WRENCH: wrench.values,
         layout.N_LEVERS: len(acting),
         layout.EULER: ((y - z) / x, (z - x) / y, (x - y) / z),
-        layout.LOADS: (1, len(model) - 42, 3, len(model) - 30, *(0,) * 12),  # drag and tethers: how many, and where
+        # drag and tethers: how many, where, and where their memory would be
+        layout.LOADS: (1, len(model) - 42, len(model), 3, len(model) - 30, len(model)),
+        layout.MEMORY: len(model),
         layout.RTOL: 1e-7,
         layout.MOST_MOMENTUM: layout.FASTEST * BODY.mass,
         layout.SAFE_ANGULAR_MOMENTUM: layout.FASTEST * min(x, y, z) / (1.0 + math.hypot(*BODY.center_of_mass)),

@@ -29,7 +29,7 @@ def test_default_obeys_the_rules_of_its_own_parameter(parameter):
 
 @over_the_table
 def test_numbers_with_a_dimension_say_their_unit(parameter):
-    dimensionless = ".orientation." in parameter.name or parameter.name.endswith(("rtol", "factor"))
+    dimensionless = ".orientation." in parameter.name or parameter.name.endswith(("rtol", "factor", ".axis"))
     assert bool(parameter.unit) == (parameter.type in (float, tuple) and not dimensionless)
 
 
@@ -163,7 +163,7 @@ def test_member_of_a_group_has_all_its_parameters(group):
 
 
 def test_groups_are_those_of_the_table():
-    assert schema.GROUPS == ("tethers", "forces", "frames")
+    assert schema.GROUPS == ("tethers", "forces", "actuators", "frames")
 
 
 STEPS = schema.BY_NAME["steps_per_command"]
@@ -201,6 +201,7 @@ def test_dynamic_are_those_of_the_body_what_acts_limits_and_pace():
     assert {p.name for p in schema.TABLE if p.dynamic} == {
         *("body.mass", "body.inertia", "gravity", "wrench.max_force", "wrench.max_torque", "real_time_factor"),
         *(f"drag.{kind}" for kind in ("linear", "quadratic", "angular_linear", "angular_quadratic")),
+        *(f"actuators.<name>.{limit}" for limit in ("min", "max")),
     }
 
 
