@@ -6,10 +6,12 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from typing import NamedTuple
 
+import numpy as np
+
 from .effects.actuators import EFFECT as ACTUATORS
 from .effects.actuators import Actuator
 from .kernels import drive
-from .kernels.arrays import Floats
+from .kernels.arrays import Floats, Integers
 from .kernels.model import DRIVE, MEMORY
 from .values.parameter import shown
 
@@ -102,6 +104,20 @@ class Actuation:
                 spins[i] = float(model[memory + drive.SPINS * count + k])
         each = zip(self.actuators, self.within, levels, spins, strict=True)
         return tuple(_state(*one, w_body) for one in each)
+
+
+def write_commands(actuators: Sequence[Actuator], models: Floats, which: Integers, commands: Floats) -> None:
+    """Let models (rows ``which``, all of bodies with these actuators) have their rows of commands, within limits."""
+    acting = [i for i, one in enumerate(actuators) if ACTUATORS.acts(one)]
+    least, most = ([getattr(actuators[i], limit) for i in acting] for limit in ("min", "max"))
+    at = models[which, MEMORY].astype(int)[:, None] + np.arange(len(acting))
+    models[which[:, None], at] = np.clip(commands[which[:, None], acting], least, most)
+
+
+def commands_in(actuators: Sequence[Actuator], model: Floats) -> tuple[float, ...]:
+    """The commands that a model holds; 0 for an actuator that does nothing."""
+    held = iter(model[int(model[MEMORY]) :].tolist())
+    return tuple(next(held) if ACTUATORS.acts(one) else 0.0 for one in actuators)
 
 
 def _state(one: Actuator, command: float, level: float, spin: float, w_body: Sequence[float]) -> ActuatorState:

@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from . import integrators, many_bodies, sentences
+from . import actuation, integrators, many_bodies, sentences
 from .groups import Group, Groups
 from .integrators import Integrator, many
 from .integrators.script import COMMAND_SIZE, NOTHING, Script
 from .kernels import compiled
 from .kernels.arrays import Floats, Integers, Vector, zeros_on_a_line
-from .kernels.model import WRENCH
+from .kernels.model import INSIDE, MEMORY, WRENCH
 from .many_bodies import Bodies
 from .rate import Rate
 from .runs import running
@@ -93,7 +93,8 @@ class Ensemble:
             velocity=(velocity, _SHAPES["velocity"]),
             angular_velocity=(angular_velocity, _SHAPES["angular_velocity"]),
         )
-        bodies = many_bodies.make(n, mass, inertia, center_of_mass, gravity=gravity, rtol=rtol, **effects)
+        h = Rate(rate).h
+        bodies = many_bodies.make(n, mass, inertia, center_of_mass, h, gravity=gravity, rtol=rtol, **effects)
         states = many_bodies.flat_states(n, bodies.models, position, orientation, velocity, angular_velocity)
         self._begin(bodies, states, rate, integrator, threads)
 
@@ -108,7 +109,7 @@ class Ensemble:
                     f"scenes of an ensemble have one {name} for all, not {sorted({s[name] for s in scenes})}"
                 )
         made = cls.__new__(cls)
-        bodies = many_bodies.of_terms([scene.terms() for scene in scenes])
+        bodies = many_bodies.of_terms([scene.terms() for scene in scenes], 1.0 / scenes[0]["rate"])
         starts = np.array([scene.initial_state().values[:13] for scene in scenes])
         states = many_bodies.flat_states(len(scenes), bodies.models, *np.split(starts, (3, 7, 10), axis=1))
         made._begin(bodies, states, scenes[0]["rate"], scenes[0]["integrator.name"], threads)
@@ -118,6 +119,7 @@ class Ensemble:
         self._bodies, self._states, self._initial = bodies, states, states.copy()
         self._rate, self.threads = Rate(rate), running.positive("threads", threads)
         self.steps = 0
+        self._actuated = bodies.actuated
         self._groups = Groups(bodies, asked_for(integrator), self._rate.h)
         self._groups.measure(states, np.arange(len(states)))
         self.stopped: dict[int, str] = {}
@@ -141,12 +143,16 @@ class Ensemble:
         kept = ("_states", "_initial", "_origins", "_origin_steps", "steps", "stopped")
         name = integrators.AUTO if self._groups.asked is None else self._groups.asked.name
         made = self._bodies.terms, self.rate, name, self.threads
-        held = self._wrenches.copy(), self._groups.stiffness
+        models = self._bodies.models if len(self._bodies.start) else None
+        held = self._wrenches.copy(), self._groups.stiffness, models
         return {"made": made, "held": held, "kept": {name: getattr(self, name) for name in kept}}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        (terms, *made), (wrenches, stiffness) = state["made"], state["held"]
-        self._begin(many_bodies.of_terms(terms), state["kept"]["_states"].copy(), *made)
+        (terms, *made), (wrenches, stiffness, models) = state["made"], state["held"]
+        bodies = many_bodies.of_terms(terms, Rate(made[0]).h)
+        if models is not None:
+            bodies.models[:] = models
+        self._begin(bodies, state["kept"]["_states"].copy(), *made)
         self._groups.stiffness[:] = stiffness
         self._write_wrenches(np.arange(len(terms)), wrenches)
         self._groups.find()
@@ -194,6 +200,24 @@ class Ensemble:
         values = wrenches.for_bodies(len(self))
         self._groups.check(values)
         self._write_wrenches(np.arange(len(self)), values)
+
+    def set_actuators(self, commands: ArrayLike) -> None:
+        """Command the actuators of all bodies: a row of numbers for each, or one for all; see Simulation.set_actuators.
+
+        Raises ValueError, and changes nothing, for another number of rows or of numbers, and, with its row, for one
+        that is not finite.
+        """
+        bodies = self._bodies
+        counts = {len(one.given["actuators"]) for one in bodies.terms}
+        if len(counts) > 1:
+            raise ValueError(
+                f"bodies have different numbers of actuators, {sorted(counts)}: they take no commands in rows"
+            )
+        (count,) = counts
+        many_bodies.count(len(self), commands=(commands, ((count,),)))
+        values = many_bodies.rows("commands", commands, len(self), [(count,)])
+        for which, one in bodies.kinds:
+            actuation.write_commands(one.given["actuators"], bodies.models, which, values)
 
     def _write_wrenches(self, which: Integers, values: Floats) -> None:
         """Bodies ``which`` hold these values; the order of ``which`` does not last."""
@@ -244,9 +268,15 @@ class Ensemble:
 
     def _takes(self) -> tuple[bool, ...]:
         """Of which ``turns`` wrenches ``_follow`` may be given; empty where it cannot go on alone."""
-        if not compiled.ENABLED or self._groups.in_closed_form.any():
+        if not compiled.ENABLED or self._groups.in_closed_form.any() or self._actuated:
             return ()
         return (False, True) if self._groups.take_any else (True,)
+
+    def _now(self) -> Floats:
+        """The flat states, each with what spins inside where there are actuators."""
+        if not self._actuated:
+            return self._states.reshape(-1)
+        return np.hstack((self._states, self._bodies.models[:, INSIDE])).reshape(-1)
 
     def _follow(self, n: int, commands: Floats, kept: Floats, since: int, every: int) -> int:
         """n steps of all bodies, under the same commands: see integrators.script."""
@@ -282,6 +312,9 @@ class Ensemble:
             if (script.since + done) % script.every == 0:
                 keeps[(script.since + done) // script.every - 1, i] = state
         self._states[i] = single.save().state
+        for _, memory in self._bodies.memories(np.array([i])):
+            kept = single.save().memory
+            self._bodies.models[i, memory][: len(kept)] = kept
         self._groups.keep_stiffness(i, single.save().stiffness)
         self._groups.find()
 
@@ -341,7 +374,8 @@ class Ensemble:
         commands = running.agreed(commands, controller)
         self._groups.check(commands.values)
         made = partial(Trajectories, self._bodies.terms, self._bodies.models, self.rate, self.stopped)
-        inside = running.Inside(self._states.reshape(-1), made, (Wrenches, Wrench), self._takes, self._follow)
+        command = self.set_actuators if self._actuated else None
+        inside = running.Inside(self._now, made, (Wrenches, Wrench), command, self._takes, self._follow)
         run = running.Run(self, inside, n, every, commands)
         run.go(controller, control_every, progress)
         found: Trajectories = run.trajectory
@@ -351,6 +385,9 @@ class Ensemble:
         """These bodies, or all, go to their initial states and hold no wrench; all of them count steps from zero."""
         bodies = self._indices(which)
         self._states[bodies] = self._initial[bodies]
+        for i, memory in self._bodies.memories(bodies):
+            self._bodies.models[i, memory] = self._bodies.start[i, memory]
+            self._bodies.models[i, INSIDE] = self._bodies.start[i, INSIDE]
         self._set_free(bodies)
         if which is None:
             self.steps = 0
@@ -406,7 +443,12 @@ class Ensemble:
         held = (("", wrench, None),) if any(wrench.values) else ()
         origin = int(self._origin_steps[i]), tuple(self._origins[i].tolist())
         state = tuple(self._states[i].tolist())
-        single.restore(Snapshot(self.steps + ahead, state, held, origin, None if np.isnan(stiffness) else stiffness))
+        memory = self._bodies.models[i, int(self._bodies.models[i, MEMORY]) :][: len(terms.memory(self._rate.h))]
+        commands = actuation.commands_in(terms.given["actuators"], self._bodies.models[i])
+        stiff = None if np.isnan(stiffness) else stiffness
+        single.restore(
+            Snapshot(self.steps + ahead, state, held, origin, stiff, tuple(memory.tolist()), (commands, None))
+        )
         return single
 
 

@@ -54,7 +54,8 @@ class Groups:
         self._acts = np.array([number[id(one)] for one in bodies.terms])
         self._loaded = np.array([bool(one.loads) for one in bodies.terms])
         self._with_loads = np.flatnonzero(self._loaded).tolist()
-        self._turning = np.array([one.turning for one in bodies.terms])
+        self._actuated = np.array([one.actuated for one in bodies.terms])
+        self._turning = np.array([one.turning for one in bodies.terms]) | self._actuated
         moments = bodies.models[:, MOMENTS : MOMENTS + 3]
         self._thin = moments.max(1) > THIN * moments.min(1)
         self.stiffness = np.full(len(bodies.terms), math.nan)
@@ -101,7 +102,7 @@ class Groups:
     def find(self) -> None:
         """Make the groups anew, where the kinds of the wrenches, or a stiffness, lead to others."""
         integrator = self._choices()
-        kind = np.where(_AT_ONCE[integrator] & ~self._thin, 1 + self.wrench_kinds // 2, 0)
+        kind = np.where(_AT_ONCE[integrator] & ~self._thin & ~self._actuated, 1 + self.wrench_kinds // 2, 0)
         code: Integers = (integrator * len(self._acting) + self._acts) * _KINDS + kind
         if np.array_equal(code, self._code):
             return

@@ -1,7 +1,7 @@
 """Bodies, their states and what moves them as rows of arrays: what an Ensemble is made from."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import cache
 from typing import Any, NamedTuple
 
@@ -10,7 +10,8 @@ from numpy.typing import ArrayLike
 
 from .kernels import compiled
 from .kernels import state as flat
-from .kernels.arrays import Floats
+from .kernels.arrays import Floats, Integers
+from .kernels.model import MEMORY
 from .terms import Terms
 from .values import rotation
 from .values.body import Body
@@ -21,10 +22,33 @@ _INERTIAS = ((3,), (6,), (3, 3))  # shapes of one body's
 
 
 class Bodies(NamedTuple):
-    """Of each body its terms, many of which may be the same object, and its row of the models."""
+    """Of each body its terms, many of which may be the same object, and its row of the models.
+
+    ``start`` are the same rows as they were at the start, where something goes on from step to step, else empty.
+    """
 
     terms: list[Terms]
     models: Floats  # (n, m)
+    start: Floats
+
+    @property
+    def actuated(self) -> bool:
+        """Whether any has actuators."""
+        return len(self.start) > 0 and any(one.actuated for one in self.terms)
+
+    @property
+    def kinds(self) -> list[tuple[Integers, Terms]]:
+        """Terms, and which bodies are under them."""
+        numbers = np.array([id(one) for one in self.terms])
+        _, first, kind = np.unique(numbers, return_index=True, return_inverse=True)
+        return [(np.flatnonzero(kind == k), self.terms[i]) for k, i in enumerate(first.tolist())]
+
+    def memories(self, which: Integers) -> Iterator[tuple[int, slice]]:
+        """Of these bodies, where the memory of each begins and ends; see Terms.memory."""
+        if len(self.start):
+            for i in which.tolist():
+                at = int(self.models[i, MEMORY])
+                yield i, slice(at, self.models.shape[1])
 
 
 def count(n: int | None, **given: tuple[ArrayLike | None, tuple[tuple[int, ...], ...]]) -> int:
@@ -64,8 +88,11 @@ def rows(name: str, given: ArrayLike, n: int, shapes: Sequence[tuple[int, ...]])
     return array
 
 
-def make(n: int, mass: ArrayLike, inertia: ArrayLike, center_of_mass: ArrayLike, **others: Any) -> Bodies:
-    """n bodies, all under the same other terms. Raises ValueError, with its row, for a body that cannot be."""
+def make(n: int, mass: ArrayLike, inertia: ArrayLike, center_of_mass: ArrayLike, h: float, **others: Any) -> Bodies:
+    """n bodies, all under the same other terms, for steps of h [s].
+
+    Raises ValueError, with its row, for a body that cannot be.
+    """
     masses, inertias = rows("mass", mass, n, [()]), rows("inertia", inertia, n, _INERTIAS)
     centers = rows("center_of_mass", center_of_mass, n, [(3,)])
     numbers = np.column_stack((masses, inertias.reshape(n, -1), centers))
@@ -76,17 +103,18 @@ def make(n: int, mass: ArrayLike, inertia: ArrayLike, center_of_mass: ArrayLike,
             made.append(Terms(Body(float(masses[row]), inertias[row], centers[row]), **others))
         except ValueError as reason:
             raise ValueError(f"body {row}: {reason}") from None
-    return of_terms([made[i] for i in kind.reshape(-1).tolist()])
+    return of_terms([made[i] for i in kind.reshape(-1).tolist()], h)
 
 
-def of_terms(terms: list[Terms]) -> Bodies:
-    """Bodies under these terms, each without a wrench."""
-    kept: dict[int, Floats] = {}
-    found = [kept.setdefault(id(one), one.model(Wrench())) if id(one) not in kept else kept[id(one)] for one in terms]
-    models = np.zeros((len(found), max(map(len, found))))
-    for row, model in zip(models, found, strict=True):
-        row[: len(model)] = model
-    return Bodies(terms, models)
+def of_terms(terms: list[Terms], h: float) -> Bodies:
+    """Bodies under these terms, each without a wrench, for steps of h [s]."""
+    kept = {id(one): one for one in terms}
+    memories = {key: one.memory(h) for key, one in kept.items()}
+    made = {key: one.model(Wrench(), memories[key]) for key, one in kept.items()}
+    models = np.zeros((len(terms), max(map(len, made.values()))))
+    for row, one in zip(models, terms, strict=True):
+        row[: len(made[id(one)])] = made[id(one)]
+    return Bodies(terms, models, models.copy() if any(map(len, memories.values())) else models[:0])
 
 
 def flat_states(

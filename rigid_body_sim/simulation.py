@@ -19,7 +19,7 @@ from .kernels import compiled
 from .kernels import state as flat
 from .kernels.acceleration import acceleration_reader
 from .kernels.arrays import Floats, Vector, python_floats
-from .kernels.model import FASTEST, MEMORY, WRENCH
+from .kernels.model import FASTEST, INSIDE, MEMORY, WRENCH
 from .kernels.state import SIZE
 from .rate import Rate
 from .runs import running
@@ -325,9 +325,9 @@ class Simulation:
         many steps one, and the last.
 
         They are the same bits as those of single steps. ``commands`` are held one after the other, as ``set_wrench``
-        holds them; or ``controller(state, time)`` says, each ``control_every`` steps, the Wrench to be held next, or
-        None to go on. ``progress`` shows a bar: by default where a run takes longer on a terminal, with tqdm. Ctrl-C
-        ends the run with a warning, and what was done is returned.
+        holds them; or ``controller(state, time)`` says, each ``control_every`` steps, the Wrench to be held next,
+        commands to actuators, or None to go on. ``progress`` shows a bar: by default where a run takes longer on a
+        terminal, with tqdm. Ctrl-C ends the run with a warning, and what was done is returned.
 
         Raises ValueError, and does nothing, for a duration that is no whole number of steps, commands beyond the run,
         or that the integrator cannot be given. Raises SimulationError as ``step`` does, with what was done up to there
@@ -338,7 +338,8 @@ class Simulation:
         commands = running.agreed(commands, controller)
         self._check_schedule(commands)
         made = partial(Trajectory, self.terms, self.rate)
-        inside = running.Inside(self._state, made, (Wrench,), self._takes, self._follow)
+        command = self.set_actuators if self.actuators else None
+        inside = running.Inside(self._now, made, (Wrench,), command, self._takes, self._follow)
         run = running.Run(self, inside, n, every, commands)
         try:
             run.go(controller, control_every, progress)
@@ -358,7 +359,12 @@ class Simulation:
     def _takes(self) -> tuple[bool, ...]:
         """Of which ``turns`` wrenches ``_follow`` may be given, without points; empty where it cannot go on alone."""
         alone = self._expiry is None and self._held.sources.keys() <= {""}
-        return self._in_place if compiled.ENABLED and alone and self._origin_steps is None else ()
+        within = compiled.ENABLED and alone and self._origin_steps is None and not self.terms.actuated
+        return self._in_place if within else ()
+
+    def _now(self) -> Floats:
+        """The flat state, and what spins inside where there are actuators."""
+        return np.append(self._state, self._model[INSIDE]) if self.terms.actuated else self._state
 
     def _follow(self, n: int, commands: Floats, kept: Floats, since: int, every: int) -> int:
         run, work = self._stepping.script(self.integrator)

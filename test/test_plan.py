@@ -121,7 +121,7 @@ def test_plan_lists_what_is_left_out():
     )
     assert sim.plan.left_out == everything_else
     sim.set_wrench(every_term(Wrench()))
-    assert sim.plan.left_out == ("gravity", "gyroscopic term", "drag", "tethers")
+    assert sim.plan.left_out == ("gravity", "gyroscopic term", "drag", "tethers", "actuators")
     assert Simulation(BODIES["general"], integrator="rk4").plan.reason == "as asked for"
 
 

@@ -30,6 +30,7 @@ DRIVE = LOADS + 3 * MOST_LOADS  # where the row of all actuators begins (see ker
 MEMORY = DRIVE + 1  # where begins what goes on from step to step: the end of the model, that of actuators first
 INTERNAL = MEMORY + 1  # angular momentum of what spins inside, relative to the body, principal axes, a row of 4
 INTERNAL_SLOPE = INTERNAL + 4  # its derivative [N m], 4
+INSIDE = slice(INTERNAL, INTERNAL_SLOPE)
 PARALLEL = INTERNAL_SLOPE + 4  # 1 when all levers have their vectors along that of the first
 ALONG_FIRST = PARALLEL + 1  # what is carried, and arms, of the levers: one vector, that of the first; 9 + 27
 ALONG_AXES = ALONG_FIRST + 36  # the same: the three world axes

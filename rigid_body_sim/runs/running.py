@@ -5,7 +5,7 @@ import sys
 import threading
 import time
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing, contextmanager
 from operator import index
 from typing import Any, NamedTuple, Protocol
@@ -17,7 +17,7 @@ from ..values.state import BodyState
 from ..values.wrench import Wrench
 from .schedule import MOST_STEPS, WrenchSchedule
 
-Controller = Callable[[BodyState, float], Wrench | None]
+Controller = Callable[[BodyState, float], Wrench | Sequence[float] | None]
 
 _LEAST, _MOST = 0.03, 0.1  # s between two moments at which Ctrl-C is heard
 _FIRST = 256  # steps up to the first of them
@@ -40,14 +40,15 @@ class Advancing(Protocol):
 class Inside(NamedTuple):
     """What a run has of the inside of a simulation.
 
-    ``state`` are flat states, and ``made(steps, states)`` is what the run returns. ``takes()`` says of which
+    ``now()`` are flat states, and ``made(steps, rows of them)`` is what the run returns. ``takes()`` says of which
     ``Wrench.turns`` a command may be in the midst of ``follow``; it is empty where that cannot be called.
     ``follow(n, commands, kept, since, every)`` is a script of integrators.script.
     """
 
-    state: Floats
+    now: Callable[[], Floats]
     made: Callable[[Integers, Floats], Any]
     wrenches: tuple[type, ...]  # what ``set_wrench`` takes
+    command: Callable[[Any], None] | None  # of actuators, where there are some
     takes: Callable[[], tuple[bool, ...]]
     follow: Callable[[int, Floats, Floats, int, int], int]
 
@@ -69,7 +70,7 @@ class Run:
         self._first, self._next, self._rows = simulation.steps, 0, 0
         self._table: Floats = np.column_stack((commands.steps, commands.values)).astype(float)
         try:
-            self._kept = np.empty((n // every + 2, len(inside.state)))
+            self._kept = np.empty((n // every + 2, len(inside.now())))
         except (MemoryError, ValueError):
             raise ValueError(
                 f"{n // every} states are more than memory holds; keep fewer, with a larger every"
@@ -82,7 +83,7 @@ class Run:
         """What was kept up to now, with the present state as the last."""
         rows, steps = self._rows, [*range(self._first, self._first + self._done + 1, self._every)]
         if self._done % self._every:
-            self._kept[rows] = self._inside.state
+            self._kept[rows] = self._inside.now()
             rows, steps = rows + 1, [*steps, self._simulation.steps]
         found = self._inside.made(np.array(steps), self._kept[:rows].copy())
         found.commands, found.stopped = self._commands, self._stopped
@@ -131,10 +132,13 @@ class Run:
             )
         if wrench is None:
             return
-        if not isinstance(wrench, self._inside.wrenches):
+        if isinstance(wrench, self._inside.wrenches):
+            self._simulation.set_wrench(wrench)
+        elif self._inside.command is not None:
+            self._inside.command(wrench)
+        else:
             given, wanted = f"{wrench!r} at {self._simulation.time:g} s", self._inside.wrenches[0].__name__
             raise TypeError(f"the controller gave {given}; give a {wanted}, or None to go on as before")
-        self._simulation.set_wrench(wrench)
 
     def _forward(self, until: int) -> None:
         """Advance to a step of the run, in calls as long as can be."""
@@ -178,7 +182,7 @@ class Run:
             self._keep()
 
     def _keep(self) -> None:
-        self._kept[self._rows] = self._inside.state
+        self._kept[self._rows] = self._inside.now()
         self._rows += 1
 
 

@@ -6,7 +6,6 @@ from functools import cached_property
 import numpy as np
 
 from ..kernels.arrays import Floats, Integers
-from ..kernels.state import SIZE
 from ..terms import Terms
 from .schedule import WrenchSchedule
 from .trajectory import States, Trajectory
@@ -36,7 +35,7 @@ class Trajectories(States):
         steps: Integers,
         states: Floats,
     ):
-        super().__init__(states.reshape(len(steps), len(terms), SIZE), models)
+        super().__init__(states.reshape(len(steps), len(terms), -1), models)
         self._terms, self.rate, self.steps, self.stopped_bodies = terms, rate, steps, dict(stopped_bodies)
         steps.flags.writeable = False
         self.commands: WrenchSchedule | None = None
@@ -46,7 +45,7 @@ class Trajectories(States):
         return len(self._terms)
 
     def __getitem__(self, i: int) -> Trajectory:
-        one = Trajectory(self._terms[i], self.rate, self.steps.copy(), np.ascontiguousarray(self._states[:, i]))
+        one = Trajectory(self._terms[i], self.rate, self.steps.copy(), np.ascontiguousarray(self._rows[:, i]))
         one.commands, one.stopped = self.commands, self.stopped_bodies.get(i, self.stopped)
         return one
 

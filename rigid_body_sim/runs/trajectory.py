@@ -11,6 +11,7 @@ import numpy as np
 from ..kernels import compiled
 from ..kernels import state as flat
 from ..kernels.arrays import Floats, Integers
+from ..kernels.model import INSIDE
 from ..terms import Terms
 from ..theory import invariants
 from ..values.wrench import Wrench
@@ -37,21 +38,32 @@ class States:
     """Flat states as arrays with any leading axes, the same to the bit as what Simulation.state says of each."""
 
     def __init__(self, states: Floats, models: Floats):
-        """Of bodies with one model each, the last axis but one of ``states``; or of one body, with its model (m,)."""
-        self._states, self._models = states, models
+        """Of bodies with one model each, the last axis but one of ``states``; or of one body, with its model (m,).
+
+        Where there are actuators, rows of ``states`` have what spins inside after the state itself.
+        """
         states.flags.writeable = False
+        self._rows, self._states, self._models = states, states[..., : flat.SIZE], models
 
     @cached_property
     def _motion(self) -> Floats:
-        states, models = self._states.reshape(-1), self._models.reshape(-1)
-        motion = np.empty((*self._states.shape[:-1], flat.MOTION_SIZE))
-        several = self._models.ndim == 2
-        count, width = (len(self._models), self._models.shape[1]) if several else (states.size // flat.SIZE, 0)
+        states, each = self._states.reshape(-1), self._each_model()
+        models, motion = each.reshape(-1), np.empty((*self._states.shape[:-1], flat.MOTION_SIZE))
+        count, width = (len(each), each.shape[1]) if each.ndim == 2 else (states.size // flat.SIZE, 0)
         read, numbers = _reader(), motion.reshape(-1)
         for first in range(0, states.size // flat.SIZE, max(count, 1)):
             block, rows = (slice(first * size, (first + count) * size) for size in (flat.SIZE, flat.MOTION_SIZE))
             read(states[block], models, width, numbers[rows])
         return _kept(motion)
+
+    def _each_model(self) -> Floats:
+        """The models; where something spins inside, what is read of them, one for each state."""
+        if self._rows.shape[-1] == flat.SIZE:
+            return self._models
+        each = np.empty((*self._rows.shape[:-1], INSIDE.stop))
+        each[:] = self._models[..., : INSIDE.stop]
+        each[..., INSIDE] = self._rows[..., flat.SIZE :]
+        return each.reshape(-1, INSIDE.stop)
 
     @property
     def position(self) -> Floats:

@@ -127,7 +127,7 @@ def test_few_orders_are_enough_for_the_impulse_of_a_short_step(order, h):
     assert_allclose(short, work[series.IMPULSE : series.IMPULSE + 7], rtol=0, atol=3e-16)  # measured 1.1e-16
 
 
-@pytest.mark.parametrize("nodes", [series._THREE_NODES, series._FOUR_NODES, series._EIGHT_NODES])
+@pytest.mark.parametrize("nodes", [series.THREE_NODES, series.FOUR_NODES, series.EIGHT_NODES])
 def test_nodes_and_weights_are_those_of_gauss(nodes):
     times, weights, second_weights = nodes
     found, found_weights = np.polynomial.legendre.leggauss(len(times))
