@@ -7,7 +7,7 @@ import pytest
 
 from bench.reference import make_turning
 from rigid_body_sim import Simulation, State
-from rigid_body_sim.report.stability import controller, damping, free, long_run, step_size, tether, turning
+from rigid_body_sim.report.stability import actuator, controller, damping, free, long_run, step_size, tether, turning
 from rigid_body_sim.report.stability.outcome import largest_error
 from rigid_body_sim.values import rotation
 
@@ -23,6 +23,12 @@ def error_of(case, integrator):
 @pytest.mark.parametrize("rate", [10.0, 1000.0])
 def test_closed_form_of_a_damped_spin(integrator, rate):
     assert error_of(damping.case(rate, 0.01), integrator) < 3e-14  # measured at most 2.6e-15
+
+
+@pytest.mark.parametrize("integrator", ["taylor", "dop853", "rosenbrock"])
+@pytest.mark.parametrize("lag", [1e-4, 0.02])
+def test_closed_form_of_lagging_thrusters(integrator, lag):
+    assert error_of(actuator.case(lag, 0.01), integrator) < 1e-12  # measured at most 2.3e-16, 4.2e-14 and 2.3e-14
 
 
 @pytest.mark.parametrize("integrator", ["dop853", "rosenbrock"])
