@@ -6,18 +6,23 @@ level x = u (1 − e^(−t/T)) has added up to after t, once and twice over, is
     s₁ = t − T (1 − e^(−t/T)),        s₂ = t²/2 − T s₁,
 
 so the body, which spins about z, does so at ω₀ + τ s₁ / I, has turned by ω₀ t + τ s₂ / I, and so on along z.
+
+An integrator that leaves actuators out is driven as most simulators are: by the wrench of the levels at the beginning
+of each step, held over it.
 """
 
 import math
 
 import numpy as np
 
+from ... import integrators
 from ...effects.actuators import Actuator
 from ...kernels.arrays import Floats
 from ...simulation import Simulation
 from ...values import rotation
 from ...values.body import Body
 from ...values.state import State
+from ...values.wrench import Wrench
 from .maps import Map
 from .outcome import Case, Scale
 
@@ -36,7 +41,8 @@ def build(quick: bool) -> Map[float]:
         "actuator",
         "Actuators: their lag against the step size",
         "A spinning body under three thrusters that follow a command with the same lag T; "
-        f"{SPAN:g} s are simulated. Truth: a closed form. Integrators that leave actuators out have no panel.",
+        f"{SPAN:g} s are simulated. Truth: a closed form. Integrators that leave actuators out are given the wrench of "
+        "the levels at the beginning of each step, held over it.",
         "time constant T [s]",
         "step size [s]",
         lags,
@@ -57,16 +63,34 @@ def case(lag: float, h: float) -> Case:
             Actuator(str(k), "thruster", 0.0, 50.0, position, axis, time_constant=lag)
             for k, (position, axis) in enumerate(places)
         ]
-        state = State(angular_velocity=(0.0, 0.0, SPIN))
-        made = Simulation(BODY, state, rate=steps / SPAN, actuators=thrusters, integrator=integrator)
-        made.set_actuators([COUPLE, COUPLE, PUSH])
+        held = integrator != integrators.AUTO and integrators.get(integrator).driven is None
+        made = Simulation(
+            BODY,
+            State(angular_velocity=(0.0, 0.0, SPIN)),
+            rate=steps / SPAN,
+            integrator=integrator,
+            actuators=() if held else thrusters,
+        )
+        if held:
+            made.set_wrench(wrench(1.0))  # refused by one that knows no torque
+        else:
+            made.set_actuators([COUPLE, COUPLE, PUSH])
         return made
 
     def follow(made: Simulation) -> list[Floats]:
-        made.step(steps)
+        if made.actuators:
+            made.step(steps)
+        for step in range(made.steps, steps):
+            made.set_wrench(wrench(-math.expm1(-step * h / lag)))
+            made.step()
         return [made.state.values[:13]]
 
     return Case(simulation, follow, truth(lag, SPAN)[None, :], SCALE)
+
+
+def wrench(level: float) -> Wrench:
+    """What the thrusters do at a share ``level`` of what is commanded."""
+    return Wrench(torque_body=(0.0, 0.0, 2.0 * ARM * COUPLE * level), force_body=(0.0, 0.0, PUSH * level))
 
 
 def truth(lag: float, t: float) -> Floats:
