@@ -24,10 +24,10 @@ class Held:
         """Those that have not ended."""
         return Held({name: held for name, held in self.sources.items() if held[1] is None or held[1] > step})
 
-    def earlier(self, steps: int) -> "Held":
-        """The same for a count of steps that begins so many later."""
+    def later(self, steps: int) -> "Held":
+        """The same, each until so many steps later."""
         return Held(
-            {name: (wrench, None if end is None else end - steps) for name, (wrench, end) in self.sources.items()}
+            {name: (wrench, None if end is None else end + steps) for name, (wrench, end) in self.sources.items()}
         )
 
     @property

@@ -40,6 +40,7 @@ _PACK_WRENCH = struct.Struct("12d").pack_into
 _WRENCH_OFFSET = 8 * WRENCH
 
 NO_WRENCH = Wrench()
+_BACKWARDS = "{}({}): time does not run backwards; give a number of steps of at least 0"
 MOST_AT_ONCE = 1_000_000  # steps in one kernel call, so that Ctrl-C is heard during a long run
 
 
@@ -292,7 +293,7 @@ class Simulation:
         """
         n = index(n)
         if n < 0:
-            raise ValueError(f"step({n}): time does not run backwards; give a number of steps of at least 0")
+            raise ValueError(_BACKWARDS.format("step", n))
         while n > 0:
             held = n if self._expiry is None else min(n, self._expiry - self.steps)
             if self._origin_steps is not None:
@@ -309,6 +310,16 @@ class Simulation:
             if self._expiry is not None and self.steps == self._expiry:
                 self._end_holding()
             n -= done
+
+    def wait(self, n: int) -> None:
+        """Let the time of n steps pass without motion: the state stays to the bit, and what is held for what is left.
+
+        Raises ValueError for n below 0 and TypeError for anything but a whole number.
+        """
+        n = index(n)
+        if n < 0:
+            raise ValueError(_BACKWARDS.format("wait", n))
+        self._move_time(n)
 
     def run(
         self,
@@ -429,13 +440,17 @@ class Simulation:
 
     def restart_time(self) -> None:
         """Count steps from zero. The motion goes on, and each held wrench for what is left of its time."""
-        self._held = self._held.earlier(self.steps)
+        self._move_time(-self.steps)
+
+    def _move_time(self, steps: int) -> None:
+        """Count so many steps more, or fewer; whatever is due at a step moves along."""
+        self._held = self._held.later(steps)
         if self._actuation.end is not None:
-            self._actuation.end -= self.steps
+            self._actuation.end += steps
         self._expiry = earlier(self._held.end, self._actuation.end)
         if self._origin_steps is not None:
-            self._origin_steps -= self.steps
-        self.steps = 0
+            self._origin_steps += steps
+        self.steps += steps
 
     def set_state(self, state: State) -> None:
         """Go on from ``state``; time and held wrenches stay. Raises ValueError, and changes nothing, on overflow."""

@@ -733,3 +733,40 @@ def test_time_from_zero_with_the_closed_form():
     again.step(1000)
     plain.step(1000)
     assert again.steps == 1000 and again.state.values.tolist() == plain.state.values.tolist()
+
+
+# Time without motion -------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("integrator", ["auto", "exact", "taylor", "dop853"])
+def test_waiting_counts_steps_and_moves_no_bit(integrator):
+    """Nor is a bit of what follows another one: the closed form evaluates from where it did, as if no time had gone."""
+    sim, plain = (Simulation(BODY, MOVING, gravity=(0.0, 0.1, -9.8), integrator=integrator) for _ in range(2))
+    for steps, waited in ((0, 1000), (3, 5), (4, 0), (100, 1)):
+        sim.step(steps)
+        plain.step(steps)
+        sim.wait(waited)
+        assert sim.save().state == plain.save().state
+    assert (sim.steps, plain.steps, sim.time) == (1113, 107, 1.113)
+
+
+def test_what_is_held_while_time_waits_acts_for_what_was_left():
+    sim, plain = simulation(), simulation()
+    for each in (sim, plain):
+        each.set_wrench(PUSH, hold=0.010)
+        each.step(4)
+    sim.wait(50)
+    assert sim.wrench == PUSH
+    for each in (sim, plain):
+        each.step(20)
+    assert sim.save().state == plain.save().state  # 10 ms of 2 N on 2 kg, whatever lay between
+    assert_allclose(sim.state.velocity, (0.010, 0.0, 0.0), rtol=0, atol=1e-17)  # measured 1.7e-18
+
+
+@pytest.mark.parametrize(("n", "error"), [(-1, ValueError), (2.7, TypeError), ("3", TypeError)])
+def test_number_of_steps_to_wait_that_is_none_is_refused_and_changes_nothing(n, error):
+    sim = simulation(MOVING)
+    saved = sim.save()
+    with pytest.raises(error, match=r"wait\(-1\): time does not run backwards" if n == -1 else None):
+        sim.wait(n)
+    assert sim.save() == saved

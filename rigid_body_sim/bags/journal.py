@@ -26,6 +26,7 @@ TYPE = "std_msgs/msg/String"
 SCENE = "scene"  # first entry
 LOST = "lost"  # entries that could not be kept would stand here
 CALLS = ("set_wrench", "clear_wrench", "change", "apply_impulse", "set_state", "reset", "restart_time")
+COMMANDS = ("set_wrench", "apply_impulse")  # those for which start_on_command waits
 
 # What mass, inertia and centre of mass may follow from: an entry has what follows, so that a bag is enough.
 _SOURCES = (
@@ -136,6 +137,11 @@ class Beginning:
     epoch_ns: int
     version: str
     kernels: str
+
+
+def starts_on_command(first: Entry) -> bool:
+    """Whether the body of a journal's scene stays until the first of COMMANDS, and after a reset again."""
+    return bool(first.values["parameters"].get("start_on_command", False))  # earlier versions have no such parameter
 
 
 def beginning(entries: Iterable[Entry]) -> Beginning:

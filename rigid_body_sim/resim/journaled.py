@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ..bags.journal import LOST, STATE, Entry, Values, hole
+from ..bags.journal import COMMANDS, LOST, STATE, Entry, Values, hole, starts_on_command
 from ..bags.rosbags_support import BagError
 from ..effects import REGISTRY
 from ..rate import NANOSECONDS
@@ -20,7 +20,8 @@ class JournaledSimulation(Simulation):
     """A Simulation that tells ``journal(step, call, values)`` of each call that decides its motion, once it is done.
 
     ``step`` is the count of steps before the call, and ``values`` hold what never changes: ``text`` makes an entry of
-    it, later and elsewhere. What is read from the simulation is not told, nor are steps, and ``restore`` is refused.
+    it, later and elsewhere. What is read from the simulation is not told, nor are steps, those without motion included
+    (the scene and the calls tell where they are: see ``replay``), and ``restore`` is refused.
     """
 
     journal: Callable[[int, str, Values], None] | None = None
@@ -80,27 +81,31 @@ def replay(
     """Repeat a run: ``simulation`` (of the journal's scene, fresh) at each message, given as (log time, stamp) [ns].
 
     Messages come in the order of their log times. The simulation is yielded after the entries logged before the
-    message and at the step that its stamp names; read ``motion`` before going on. Raises BagError when the journal has
-    a hole, or does not fit the messages.
+    message and at the step that its stamp names; read ``motion`` before going on. Where the recorded scene has
+    ``start_on_command``, steps before the first command, and after a reset, pass without motion. Raises BagError when
+    the journal has a hole, or does not fit the messages.
     """
     calls = iter(entries)
-    epoch_ns = next(calls).values["epoch_ns"]
-    rate = Fraction(simulation.rate)
+    first = next(calls)
+    epoch_ns, waits = first.values["epoch_ns"], starts_on_command(first)
+    rate, waiting = Fraction(simulation.rate), waits
     coming = next(calls, None)
     for log_ns, stamp_ns in messages:
         while coming is not None and coming.time_ns < log_ns:
-            _repeat(coming, simulation)
+            _repeat(coming, simulation, waiting)
+            waiting = waits and (coming.call == "reset" or (waiting and coming.call not in COMMANDS))
             coming = next(calls, None)
-        _go_to(simulation, round((stamp_ns - epoch_ns) * rate / NANOSECONDS), f"the message stamped {stamp_ns} ns")
+        step = round((stamp_ns - epoch_ns) * rate / NANOSECONDS)
+        _go_to(simulation, step, waiting, f"the message stamped {stamp_ns} ns")
         if epoch_ns + simulation.time_ns != stamp_ns:
             raise BagError(f"the message stamped {stamp_ns} ns belongs to no step of the journal's run")
         yield simulation
 
 
-def _repeat(entry: Entry, simulation: Simulation) -> None:
+def _repeat(entry: Entry, simulation: Simulation, waiting: bool) -> None:
     if entry.call == LOST:
         raise hole(entry)
-    _go_to(simulation, entry.step, f"{entry.call} at step {entry.step}")
+    _go_to(simulation, entry.step, waiting, f"{entry.call} at step {entry.step}")
     try:
         _CALLS[entry.call](simulation, **entry.values)
     except (AttributeError, KeyError, TypeError, ValueError) as reason:
@@ -108,11 +113,12 @@ def _repeat(entry: Entry, simulation: Simulation) -> None:
         raise BagError(f"{entry.call} at step {entry.step} of the journal cannot be repeated: {told}") from None
 
 
-def _go_to(simulation: Simulation, step: int, what: str) -> None:
+def _go_to(simulation: Simulation, step: int, waiting: bool, what: str) -> None:
     if step < simulation.steps:
         raise BagError(f"{what} lies before step {simulation.steps}, which the journal had reached; they do not fit")
+    advance = simulation.wait if waiting else simulation.step
     try:
-        simulation.step(step - simulation.steps)
+        advance(step - simulation.steps)
     except SimulationError as reason:
         if simulation.steps != step:  # else the recorded run stopped here, too
             raise BagError(f"{what} cannot be reached: {reason}") from None

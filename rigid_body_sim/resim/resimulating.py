@@ -81,6 +81,7 @@ class _Run:
         self._feed = CommandFeed(scenario, scene, simulation, self._advance, progress)
         self._steps = timing.nearest_steps(scenario.stamp_ns - scenario.epoch_ns, scene["rate"]).tolist()
         self._motion = np.empty((len(self._steps), 19))
+        self._starts_on_command = scenario.waits(scene)
         self._taken, self._next = 0, self._steps[0]  # of the samples: how many are taken, and the step of the next one
 
     def track(self) -> Track:
@@ -108,17 +109,22 @@ class _Run:
         """Go to a step, keeping the motion at the samples on the way and there."""
         if step >= self._next:
             self._keep_up_to(step)
-        if (ahead := step - self._simulation.steps) > 0:
-            self._simulation.step(ahead)
+        if step > self._simulation.steps:
+            self._go_to(step)
 
     def _keep_up_to(self, step: int) -> None:
         simulation, steps, taken = self._simulation, self._steps, self._taken
         while taken < len(steps) and steps[taken] <= step:
             if steps[taken] > simulation.steps:
-                simulation.step(steps[taken] - simulation.steps)
+                self._go_to(steps[taken])
             self._motion[taken] = simulation.motion
             taken += 1
         self._taken, self._next = taken, steps[taken] if taken < len(steps) else math.inf
+
+    def _go_to(self, step: int) -> None:
+        waiting = self._starts_on_command and not self._feed.begun
+        advance = self._simulation.wait if waiting else self._simulation.step
+        advance(step - self._simulation.steps)
 
 
 def state_hash(simulation: Simulation) -> str:

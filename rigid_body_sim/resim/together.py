@@ -33,9 +33,11 @@ class Outcome:
 def run(scenario: Scenario, scenes: Sequence[Scene]) -> list[Outcome] | None:
     """The runs of these scenes, with the bits of resimulating.run, under the commands as the first one takes them.
 
-    None where they cannot be done together: a journal that has more than commands, forces at points, a scene that
-    cannot be simulated, rates or integrators that differ.
+    None where they cannot be done together: a journal that has more than commands, forces at points, a body that waits
+    for its first command, a scene that cannot be simulated, rates or integrators that differ.
     """
+    if any(map(scenario.waits, scenes)):
+        return None
     try:
         commands = _commands(scenario, scenes[0])
         ensemble = Ensemble.from_scenes(scenes)

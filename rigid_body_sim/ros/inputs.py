@@ -81,6 +81,11 @@ class Inputs:
         self._most_force, self._most_torque = (scene[f"wrench.max_{what}"] or math.inf for what in ("force", "torque"))
 
     @property
+    def starters(self) -> list[str]:
+        """Full names of the topics on which a message may set a body going that waits for its first command."""
+        return [each.end.topic_name for each in self.inputs if each.end.msg_type is WrenchStamped]
+
+    @property
     def ages(self) -> dict[str, float | None]:
         """Topic, and simulated time [s] since its latest accepted command; None when there was none."""
         now, rate = self._simulation.steps, self._simulation.rate
@@ -113,6 +118,7 @@ class Inputs:
             steps = self._simulation.steps
             turns.note(reader.frame, steps - self._steps.get(topic, -math.inf))
             self._steps[topic] = steps
+            self._loop.set_going()
             if leads:
                 self._loop.on_command()
 
@@ -132,6 +138,7 @@ class Inputs:
             self._simulation.apply_impulse(impulse)
         except ValueError as reason:
             raise RefusedError(NOT_FINITE, str(reason)) from None
+        self._loop.set_going()
         self._loop.on_changed_state()
 
     def _on_set_pose(self, data: bytes) -> None:

@@ -17,6 +17,7 @@ LONGEST_SLEEP_NS = NANOSECONDS // 10  # so that a request to stop is soon seen
 BURST_NS = NANOSECONDS // 1000  # wall time between two looks at the commands, when stepping as fast as possible
 LARGEST_BURST = 8192  # steps in one call of the simulation
 PATIENCE_NS = NANOSECONDS // 100  # wall time of steps that are due together, after which the others wait once more
+WAITING = "waiting for the first command"
 CLOCK_NS = NANOSECONDS // 10  # wall time between two ticks of /clock while time stands still
 
 
@@ -41,8 +42,8 @@ class Run:
 class Loop:
     """One simulation, advanced at its pace or by commands, between whose steps everything else happens.
 
-    ``epoch_ns`` is the stamp of simulated time zero, which ``start`` sets. ``complain`` is called with a sentence when
-    a step cannot be done.
+    ``epoch_ns`` is the stamp of simulated time zero, which ``start`` sets. While it is ``waiting``, steps pass without
+    motion. ``complain`` is called with a sentence when a step cannot be done.
     """
 
     def __init__(self, scene: Scene, simulation: Simulation, outputs: Outputs, complain: Callable[[str], object]):
@@ -50,6 +51,8 @@ class Loop:
         self.failure = ""
         self.paused = scene["start_paused"]
         self.lockstep = scene["lockstep"]
+        self._start_on_command = scene["start_on_command"]
+        self._let_stay(self._start_on_command)
         self._steps_per_command = scene["steps_per_command"]
         self._every = scene.steps_per_publish
         self._keep_time = not scene["reset_time"]
@@ -62,8 +65,15 @@ class Loop:
 
     @property
     def mode(self) -> str:
-        """What it does now, in a word."""
-        return "stopped" if self.failure else "paused" if self.paused else "lockstep" if self.lockstep else "running"
+        """What it does now, in a word or some."""
+        if self.by_clock:
+            return WAITING if self.waiting else "running"
+        return "stopped" if self.failure else "paused" if self.paused else "lockstep"
+
+    @property
+    def by_clock(self) -> bool:
+        """Whether steps follow by themselves, as the clock says."""
+        return not (self.failure or self.paused or self.lockstep)
 
     def start(self, clock_ns: Callable[[], int]) -> None:
         """Begin to count time, whose stamps begin with what ``clock_ns`` says now."""
@@ -81,7 +91,7 @@ class Loop:
         now_ns = time.monotonic_ns()
         if self._run is not None:
             self._go_on(self._run, now_ns + BURST_NS)
-        elif self.mode != "running":
+        elif not self.by_clock:
             self._keep_clock_ticking(now_ns)
         elif self.pacer.free:
             self._advance(sys.maxsize, now_ns + BURST_NS)
@@ -92,7 +102,7 @@ class Loop:
         """Wall time [ns] until there is something to do, however small."""
         if self._run is not None:
             return 0
-        if self.mode != "running":
+        if not self.by_clock:
             return LONGEST_SLEEP_NS
         left_ns = 0 if self.pacer.free else self.pacer.deadline_ns() - now_ns
         return left_ns if left_ns < LONGEST_SLEEP_NS else LONGEST_SLEEP_NS
@@ -105,7 +115,7 @@ class Loop:
     @property
     def in_haste(self) -> bool:
         """Whether steps are taken by the clock, so that whoever makes the loop wait makes it late."""
-        return self.mode == "running" and not self.pacer.free
+        return self.by_clock and not self.pacer.free
 
     @property
     def stamp_ns(self) -> int:
@@ -156,7 +166,7 @@ class Loop:
     def _try_steps(self, n: int) -> bool:
         room = self._last_step - self.simulation.steps
         try:
-            self.simulation.step(n if n < room else room)
+            self._pass_steps(n if n < room else room)
             if n > room:
                 raise SimulationError(self._beyond_stamps())
         except SimulationError as failure:
@@ -180,6 +190,16 @@ class Loop:
 
     # What others ask for, between two steps ---------------------------------------------------------------------------
 
+    def set_going(self) -> None:
+        """After a command was accepted, or an impulse: a body that waited for it moves from the next step on."""
+        if self.waiting:
+            self._let_stay(False)
+
+    def _let_stay(self, waiting: bool) -> None:
+        """From here on steps pass without motion, or with it."""
+        self.waiting = waiting
+        self._pass_steps = self.simulation.wait if waiting else self.simulation.step
+
     def on_command(self) -> None:
         """In lockstep, a command advances the simulation; one that comes while paused does so when it goes on.
 
@@ -193,7 +213,7 @@ class Loop:
 
     def on_changed_state(self) -> None:
         """After the state was set from outside: when no step follows by itself, show it."""
-        if self.mode != "running":
+        if not self.by_clock:
             self.publish()
 
     def set_factor(self, factor: float) -> None:
@@ -220,7 +240,8 @@ class Loop:
         if self.failure:
             raise StoppedError(self.failure)
         self._publish_between()
-        return f"step {self.simulation.steps}, simulated time {self.simulation.time:.9g} s"
+        stays = "; the body stays until the first command" if self.waiting else ""
+        return f"step {self.simulation.steps}, simulated time {self.simulation.time:.9g} s{stays}"
 
     def begin_run(self, run: Run) -> None:
         """Take the steps of ``run``, as fast as possible. Raises StoppedError when none can be taken now."""
@@ -252,6 +273,7 @@ class Loop:
         if state or is_at_end:  # where no stamp was left, the state was good: another time is all that it needs
             self.failure = ""
         if state:
+            self._let_stay(self._start_on_command)
             self.simulation.reset(keep_time=keep_time)
         elif not keep_time:
             self.simulation.restart_time()

@@ -9,7 +9,7 @@ from rclpy.publisher import Publisher
 from ..bags.recorder import Recorder
 from . import diagnostics, messages
 from .inputs import Inputs
-from .loop import Loop
+from .loop import WAITING, Loop
 from .neighbours import Neighbours
 from .pacing import NANOSECONDS
 
@@ -45,6 +45,8 @@ class Reporter:
         """Before time is counted: the first log of rclpy's takes 70 ms, of which some would slip."""
         manner = f"{', lockstep' if self._loop.lockstep else ''}{', paused' if self._loop.paused else ''}"
         self._log.info(f"ready: {self._simulation.describe()}{manner}")
+        if self._loop.waiting:
+            self._log.info(f"{WAITING}, on any of {', '.join(self._inputs.starters)}: until then the body stays")
         self._plans_told.add(self._simulation.integrator.name)
 
     def tell_new_plan(self) -> None:

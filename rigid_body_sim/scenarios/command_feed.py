@@ -35,8 +35,8 @@ class Holder(Protocol):
 class CommandFeed:
     """Gives ``holder`` the commands of a scenario without a journal, and has it ``advance(step)`` in between.
 
-    ``refused`` counts those left out, as the node leaves them out; ``reason`` says why, of the first. In lockstep,
-    ``led_ns`` are the times of receipt of those that advanced it.
+    ``refused`` counts those left out, as the node leaves them out; ``reason`` says why, of the first. ``begun`` is
+    whether any was taken. In lockstep, ``led_ns`` are the times of receipt of those that advanced it.
     """
 
     def __init__(
@@ -48,7 +48,7 @@ class CommandFeed:
         self._hold = scene["wrench.timeout"] or None
         self._limit = _limit(scene)
         self._meanings: dict[str, commands.Meaning] = {}
-        self.refused, self.reason = 0, ""
+        self.refused, self.reason, self.begun = 0, "", False
         self.led_ns: list[int] = []
 
     def give_all(self) -> None:
@@ -123,6 +123,7 @@ class CommandFeed:
             self.refused += 1
             self.reason = self.reason or str(reason)
             return False
+        self.begun = True
         return True
 
 

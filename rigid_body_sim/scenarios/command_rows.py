@@ -42,6 +42,9 @@ def of_bag(
     for sentence in scenario.notes:
         _log.info("%s: %s", bag.path, sentence)
     rows, left_out = of_scenario(scenario, scene, bag.path)
+    if scenario.waits(scene) and rows[0] and rows[0][0]:
+        told = f"until its first command, at step {rows[0][0]}, the body stayed where it was (start_on_command)"
+        _log.warning("%s: %s; a whole run moves it from the first step on", bag.path, told)
     if left_out:
         _log.warning("%s: %s", bag.path, left_out)
     return rows

@@ -25,6 +25,7 @@ ROUNDED_NS = 2.0  # by which the time from one stamp to another may differ from 
 MOST_POSES = 50_000_000  # that a bag without any is given
 SAME_START = 1e-9  # m, rad, m/s, rad/s: a first pose this near to the scene's initial one is that one
 CUT_OR_RECORD = "cut the bag there, or let the node record (record.path)"
+STAYS = "Until the first command the body stays where it is (start_on_command)."
 SCENE, BAG = "scene", "bag"  # where the initial state comes from
 
 
@@ -82,6 +83,12 @@ class Scenario:
     commands: Commands | None = None
     journal: tuple[journals.Entry, ...] = ()
     notes: tuple[str, ...] = ()
+
+    def waits(self, scene: Scene) -> bool:
+        """Whether the body stays until the first command; where the bag begins late, that was before."""
+        if self.journal:
+            return journals.starts_on_command(self.journal[0])
+        return bool(scene["start_on_command"]) and self.start is None
 
     def last_step(self, rate: float) -> int:
         """The step of the last pose, at a rate [Hz]."""
@@ -143,6 +150,8 @@ def _by_commands(
     poses, twists = _poses_in_order(bag, pose, notes), _twists(bag, twist, scene)
     first, start, told = _start(bag, scene, pose, poses, twists, choices.start)
     notes.append(told)
+    if scene["start_on_command"] and start is None:
+        notes.append(STAYS)
     poses = _chosen(poses, slice(first, None))
     epoch_ns = 0 if scene["lockstep"] and start is None else int(poses.stamp_ns[0])
     notes.append(_between_steps(poses.stamp_ns - epoch_ns, scene["rate"]))
@@ -197,9 +206,12 @@ def _by_journal(bag: Bag, scene: Scene, pose: str | None, twist: str | None, not
     twists = bag.twists.get(twist or "")
     entries = tuple(journals.read(bag.journal))
     notes.append("Simulated by the node's own journal: each command takes effect at the step at which it did.")
-    notes.append(_other_kernels(journals.beginning(entries)))
+    beginning = journals.beginning(entries)
+    if beginning.scene["start_on_command"]:
+        notes.append(STAYS)
+    notes.append(_other_kernels(beginning))
     return Scenario(
-        journals.beginning(entries).epoch_ns,
+        beginning.epoch_ns,
         poses.stamp_ns,
         poses.receive_ns,
         _received(twists, poses),

@@ -60,6 +60,12 @@ TABLE: tuple[Parameter, ...] = (
     Parameter("steps_per_command", int, 1, "Steps by which such a message advances it.", least=1, most=1_000_000),
     Parameter("start_paused", bool, False, "Wait for ~/pause or ~/step before the first step."),
     Parameter(
+        "start_on_command",
+        bool,
+        False,
+        "Keep the body where it is, while time goes on, until the first command or impulse; after ~/reset again.",
+    ),
+    Parameter(
         "reset_time", bool, False, "~/reset also sets simulated time back; stamps then jump back, which tf dislikes."
     ),
     Parameter("world_frame_id", str, "world", "Name of the world frame in headers."),

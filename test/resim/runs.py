@@ -57,6 +57,11 @@ def hold(simulation, scene, send):
     simulation.set_wrench(wrench, scene["wrench.timeout"] or None, send.topic)
 
 
+def advance(simulation, scene, begun, steps):
+    """As the node does: without motion until something has ``begun`` it, where the scene has start_on_command."""
+    (simulation.step if begun or not scene["start_on_command"] else simulation.wait)(steps)
+
+
 def limit(scene):
     most = [scene[f"wrench.max_{what}"] or np.inf for what in ("force", "torque")]
     return lambda f, t: (commands.scaled_down(f, most[0]), commands.scaled_down(t, most[1]))
@@ -87,15 +92,16 @@ def in_real_time(scene, given, seconds, *, lag_ns=0, factor=1.0, epoch_ns=making
         return epoch_ns + lag_ns + round(simulated_ns / factor) + LATENCY_NS
 
     simulation, messages = Simulation.from_scene(scene), []
-    waiting = sorted(given, key=lambda send: send.at_ns)
+    waiting, begun = sorted(given, key=lambda send: send.at_ns), False
     for step in range(int(seconds * scene["rate"]) + 1):
-        simulation.step(step - simulation.steps)
+        advance(simulation, scene, begun, step - simulation.steps)
         if step % scene.steps_per_publish == 0:
             messages += outputs(scene, simulation, epoch_ns, wall(simulation.time_ns))
         end_ns = (step + 1) * 1e9 / scene["rate"]
         while waiting and waiting[0].at_ns < end_ns:
             send = waiting.pop(0)
             hold(simulation, scene, send)
+            begun = True
             messages.append((send.topic, wall(send.at_ns), message(send, epoch_ns)))
     return sorted(messages, key=lambda entry: entry[1])
 
@@ -123,9 +129,11 @@ def with_journal(scene, given, seconds, also=()):
     ``also`` are calls at other times [ns]: (time, function of the simulation).
     """
     simulation, messages, now_ns = JournaledSimulation.from_scene(scene), [], making.EPOCH_NS + 7
+    begun = False
 
     def note(step, call, values):
-        nonlocal now_ns
+        nonlocal now_ns, begun
+        begun = call in ("set_wrench", "apply_impulse") or (begun and call != "reset")
         now_ns += 1
         messages.append(("/node/journal", now_ns, making.text(journal.text(now_ns, step, call, values))))
 
@@ -135,7 +143,7 @@ def with_journal(scene, given, seconds, also=()):
     calls = sorted([*calls, *also], key=lambda entry: entry[0])
     for step in range(int(seconds * scene["rate"]) + 1):
         if step:
-            simulation.step()
+            advance(simulation, scene, begun, 1)
         if step % scene.steps_per_publish == 0:
             messages += outputs(scene, simulation, making.EPOCH_NS, now_ns + 1)
             now_ns += 2

@@ -680,3 +680,46 @@ def test_further_poses_are_said_to_be_left_out(tmp_path):
     messages += [("/other/pose", *rest) for topic, *rest in messages if topic == "/pose"]
     _, scenario, _ = again(tmp_path, messages, pose="/pose")
     assert "Not compared: /other/pose (101 geometry_msgs/msg/PoseStamped); --pose chooses." in said(scenario)
+
+
+# A body that waits for its first command ------------------------------------------------------------------------------
+
+WAITS = BASE.changed({"start_on_command": True})
+
+
+def test_body_that_waits_moves_from_the_first_command_that_is_taken(tmp_path):
+    """The first of all is refused. Without ``start_on_command`` it is another motion."""
+    bad = runs.Send(101_000_000, "base_link", (np.nan, 0, 0, 0, 0, 0))
+    given = [send for send in runs.sends(WAITS, SECONDS) if send.at_ns > 500_000_000]
+    messages = runs.in_real_time(WAITS, given, SECONDS)
+    messages.append(("/wrench", making.EPOCH_NS + bad.at_ns, runs.message(bad, making.EPOCH_NS)))
+    comparison, scenario, track = again(tmp_path, sorted(messages, key=lambda entry: entry[1]), WAITS)
+    assert_equal_to_the_bit(comparison)
+    began = int(np.flatnonzero(np.diff(comparison.recorded[:, 2]))[0])
+    assert 24 <= began <= 27 and track.refused == 1  # 0.5 s and a little are 25 poses
+    assert scenarios.STAYS in scenario.notes
+    (tmp_path / "other").mkdir()
+    assert again(tmp_path / "other", messages)[0].first_unequal is not None
+
+
+def test_body_that_waits_in_a_bag_that_begins_late_has_had_its_command(tmp_path):
+    given = [send for send in runs.sends(WAITS, SECONDS) if not 0.8e9 < send.at_ns < 1.2e9]
+    messages = [entry for entry in runs.in_real_time(WAITS, given, SECONDS) if entry[1] > making.EPOCH_NS + 10**9]
+    comparison, scenario, _ = again(tmp_path, messages, WAITS)
+    assert scenario.start is not None and scenarios.STAYS not in scenario.notes
+    assert comparison.position_error.max() < 1e-12  # measured 1.8e-15: from a pose and a twist, not the state
+    assert np.ptp(comparison.recorded[:, 2]) > 1.0
+
+
+def test_body_that_waits_is_in_the_journal(tmp_path):
+    """Also after a reset; another scene changes the body and not when it was let go."""
+    late = [send for send in runs.sends(WAITS, SECONDS) if send.at_ns > 500_000_000 and not 1e9 < send.at_ns < 1.2e9]
+    calls = [(1_101_000_000, lambda simulation: simulation.reset(keep_time=True))]
+    messages = runs.with_journal(WAITS, late, SECONDS, calls)
+    comparison, scenario, _ = again(tmp_path, messages, WAITS)
+    assert_equal_to_the_bit(comparison)
+    assert scenarios.STAYS in scenario.notes
+    still = np.flatnonzero(~np.diff(comparison.recorded, axis=0).any(axis=1))
+    assert {0, 20, 56, 58} <= set(still.tolist())
+    (tmp_path / "other").mkdir()
+    assert_equal_to_the_bit(again(tmp_path / "other", messages, BASE)[0])

@@ -74,6 +74,7 @@ def test_what_cannot_be_done_at_once(tmp_path):
     (tmp_path / "other").mkdir()
     scenario, scenes = made(tmp_path / "other")
     assert together.run(scenario, [scenes[0], scenes[1].changed({"integrator.name": "rk4"})]) is None
+    assert together.run(scenario, [one.changed({"start_on_command": True}) for one in scenes]) is None
 
 
 def test_how_many_at_once(tmp_path):

@@ -261,6 +261,17 @@ def test_forces_at_points(tmp_path, made):
     assert str(caught.value) == f"{tmp_path}/{POINT}"
 
 
+def test_body_that_waited_for_its_first_command_is_told_of(tmp_path, caplog):
+    """The schedule begins there, and a run does not wait."""
+    scene = BASE.changed({"start_on_command": True})
+    sends = [send for send in given(scene) if send.at_ns > 300_000_000]
+    bag = making.make(tmp_path / "bag", runs.with_journal(scene, sends, SECONDS))
+    with caplog.at_level(logging.WARNING, "rigid_body_sim"):
+        first = int(WrenchSchedule.from_bag(bag).steps[0])
+    (record,) = caplog.records
+    assert first >= 150 and f"until its first command, at step {first}, the body stayed" in record.getMessage()
+
+
 @pytest.mark.parametrize(
     ("call", "what"),
     [
