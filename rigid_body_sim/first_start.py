@@ -73,10 +73,12 @@ def of_parameters(given: Mapping[str, Any]) -> tuple[list[Request], list[Request
 
 
 def _reached_by_setting(terms: Terms) -> Iterator[Terms]:
-    """Terms in which one dynamic effect comes or goes; of those that are many, none comes while a node runs."""
+    """Terms in which one dynamic effect comes or goes: none is added to those with names, and some always act."""
     for effect in REGISTRY.values():
-        if effect.dynamic and not effect.many:
-            yield terms.changed(**{effect.name: effect.absent if terms.acting[effect.name] else effect.present})
+        acts = bool(terms.acting[effect.name])
+        is_there = bool(terms.given[effect.name]) if effect.many else True
+        if effect.dynamic and is_there and not (acts and effect.acts(effect.zero)):
+            yield terms.changed(**{effect.name: effect.absent if acts else effect.present})
 
 
 def everything() -> list[Request]:

@@ -52,6 +52,15 @@ def test_parameters_say_what_is_needed_now_and_what_once_drag_is_set():
     assert (names(now), names(later)) == (of(Terms(BODY, drag=Drag(linear=(2.0, 1.0, 1.0)))), of(Terms(BODY)))
 
 
+def test_what_has_names_neither_comes_nor_goes_by_setting():
+    """A tether cannot be added, and one that is there always acts; drag may come to it."""
+    tethers = {"tethers.rope.anchor": [0.0, 0.0, 1.0], "tethers.rope.rest_length": 1.0, "tethers.rope.stiffness": 9.0}
+    now, later = first_start.of_parameters(tethers)
+    tether = {"tethers": [Tether(stiffness=10.0)]}
+    assert names(now) == of(Terms(BODY, **tether))
+    assert names(later) == of(Terms(BODY, drag=Drag(linear=(1.0, 1.0, 1.0)), **tether))
+
+
 def test_acceleration_is_needed_where_an_output_shows_it():
     with_imu, _ = first_start.of_parameters({"outputs": ["imu"]})
     assert len(with_imu) == 1 + len(first_start.of_parameters({})[0])

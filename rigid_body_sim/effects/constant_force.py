@@ -59,6 +59,7 @@ EFFECT = SeriesEffect(
             "Where a force that always acts is applied, from the body frame's origin, body axes.",
             "m",
             length=3,
+            dynamic=True,
         ),
         Parameter(
             "forces.<name>.force",
@@ -68,6 +69,7 @@ EFFECT = SeriesEffect(
             "N",
             length=3,
             required=True,
+            dynamic=True,
         ),
     ),
     energy=_energy,

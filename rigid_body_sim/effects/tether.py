@@ -204,12 +204,27 @@ EFFECT = LoadEffect(
             "Where a tether is fastened to the body, from the body frame's origin, body axes.",
             "m",
             length=3,
+            dynamic=True,
         ),
         Parameter(
-            "tethers.<name>.anchor", tuple, ZERO, "Where its other end is, world axes.", "m", length=3, required=True
+            "tethers.<name>.anchor",
+            tuple,
+            ZERO,
+            "Where its other end is, world axes.",
+            "m",
+            length=3,
+            required=True,
+            dynamic=True,
         ),
         Parameter(
-            "tethers.<name>.rest_length", float, 1.0, "Its length when nothing pulls.", "m", least=0.0, required=True
+            "tethers.<name>.rest_length",
+            float,
+            1.0,
+            "Its length when nothing pulls.",
+            "m",
+            least=0.0,
+            required=True,
+            dynamic=True,
         ),
         Parameter(
             "tethers.<name>.stiffness",
@@ -219,9 +234,20 @@ EFFECT = LoadEffect(
             "N/m",
             above=0.0,
             required=True,
+            dynamic=True,
         ),
-        Parameter("tethers.<name>.damping", float, 0.0, "Tension by the rate of lengthening.", "N s/m", least=0.0),
-        Parameter("tethers.<name>.slack", bool, True, "A rope: it pulls and never pushes; false = a spring."),
+        Parameter(
+            "tethers.<name>.damping",
+            float,
+            0.0,
+            "Tension by the rate of lengthening.",
+            "N s/m",
+            least=0.0,
+            dynamic=True,
+        ),
+        Parameter(
+            "tethers.<name>.slack", bool, True, "A rope: it pulls and never pushes; false = a spring.", dynamic=True
+        ),
     ),
     energy=_energy,
     size=SIZE,

@@ -95,9 +95,14 @@ class Refusals:
             elif name != SIM_TIME:
                 raise ValueError(f"{given} {_FIXED}")
 
+    @property
+    def _dynamic(self) -> list[str]:
+        """Names of those that may be set now."""
+        return [each.name for each in self._table.values() if each.dynamic]
+
     def _check_own(self, given: str, known: SceneParameter, parameter: Parameter) -> None:
         if not known.dynamic:
-            dynamic = ", ".join(each.name for each in self._table.values() if each.dynamic)
+            dynamic = ", ".join(self._dynamic)
             raise ValueError(
                 f"{given} {_FIXED}; {f'these may be set now: {dynamic}' if dynamic else 'so is every other'}"
             )
@@ -142,6 +147,15 @@ class Changes(Refusals):
         if sim_time is not False:
             raise ValueError(f"parameter {SIM_TIME} = {shown(sim_time)}: is not of type bool; leave it false")
 
+    @property
+    def _dynamic(self) -> list[str]:
+        return [name for name in self._scene.values if schema.find(name).dynamic]
+
+    def _check_own(self, given: str, known: SceneParameter, parameter: Parameter) -> None:
+        super()._check_own(given, known, parameter)
+        if parameter.name not in self._scene.values:
+            raise ValueError(f"{given} {_none_such(parameter.name, self._scene)}")
+
     def _following(self) -> list[Parameter]:
         old, changed = self._scene.values, self._changed().values
         also = [name for name, value in changed.items() if name not in self._asked and value != old.get(name)]
@@ -155,6 +169,14 @@ class Changes(Refusals):
     def _changed(self) -> Scene:
         named = {name: parameter.value for name, parameter in self._asked.items()}
         return self._scene.changed({name: value for name, value in named.items() if not schema.belongs_to_ros(name)})
+
+
+def _none_such(name: str, scene: Scene) -> str:
+    """Why a parameter of a member that a group lacks cannot be set, and which members there are."""
+    group, member, _ = name.split(".", 2)
+    there = ", ".join(f"{group}.{each}" for each in schema.members(group, scene.values))
+    remedy = f"those there are {there}" if there else f"there are no {group}; give them at the start"
+    return f"there is no {schema.shown_name(f'{group}.{member}')}, and none is added while the node runs; {remedy}"
 
 
 def _as_numbers(known: SceneParameter, parameter: Parameter) -> str:

@@ -45,15 +45,28 @@ TEXTS = [
     "/dev/zero",
     "ä\0b",
 ]
-DYNAMIC = [parameter.name for parameter in schema.TABLE if parameter.dynamic]
+TETHER = {"tethers.one.anchor": [0.0, 0.0, 2.0], "tethers.one.rest_length": 1.0, "tethers.one.stiffness": 100.0}
+FORCE = {"forces.one.force": [0.0, 0.0, 9.0]}
+SCENE = {"body.inertia": [0.1, 0.2, 0.25, 0.0, 0.0, 0.0], "start_paused": True, **TETHER, **FORCE}
+DYNAMIC = [name for name in schema.read(SCENE) if schema.find(name).dynamic]
 NAMES = [
     *schema.defaults(),
     "use_sim_time",
     "start_type_description_service",
     "qos_overrides./parameter_events.publisher.depth",
 ]
-NAMES += ["", ".", "body", "body.maas", "frames.a.axes", "a" * 3000, "x\ny", "drag.linear ", "größe"]
-SCENE = {"body.inertia": [0.1, 0.2, 0.25, 0.0, 0.0, 0.0], "start_paused": True}
+NAMES += [
+    "",
+    ".",
+    "body",
+    "body.maas",
+    "frames.a.axes",
+    "tethers.two.anchor",
+    "a" * 3000,
+    "x\ny",
+    "drag.linear ",
+    "größe",
+]
 
 
 def integer(chance):
@@ -79,13 +92,13 @@ MAKE = {
     "double_array_value": lambda chance: array.array("d", entries(chance, double)),
     "string_array_value": lambda chance: entries(chance, lambda c: c.choice(TEXTS)),
 }
-USUAL = {float: "double_value", tuple: "double_array_value"}
+USUAL = {bool: "bool_value", float: "double_value", tuple: "double_array_value"}
 
 
 def parameter(chance):
     """A name and a value that might go together, or two that do not."""
     name = chance.choice(DYNAMIC if often(chance) else NAMES)
-    field = USUAL.get(schema.BY_NAME[name].type) if name in DYNAMIC and often(chance) else None
+    field = USUAL.get(schema.find(name).type) if name in DYNAMIC and often(chance) else None
     field = field or chance.choice(list(FIELDS))
     kind = FIELDS[field] if chance.random() < 0.97 else chance.choice((0, 10, 255, *FIELDS.values()))
     return name, kind, field, MAKE[field](chance)
@@ -176,6 +189,7 @@ def check_consistent(node, parameters):
         assert same(node.get_parameter(name).value, scene[name]), name
     assert node.simulation.body == scene.body()
     assert node.simulation.gravity.tolist() == list(scene["gravity"])
+    assert (node.simulation.tethers, node.simulation.forces) == (scene.effect("tethers"), scene.effect("forces"))
     assert np.isfinite(node.simulation.motion).all()
 
 

@@ -29,15 +29,38 @@ SCENE = {
     "body.inertia": INERTIA,
 }
 BOX = {"body.shape": "box", "body.dimensions": [1.0, 2.0, 3.0], "body.mass": MASS}
+STIFFNESS, HELD_UP = 50.0, 4.0
+HUNG = {
+    **SCENE,
+    "tethers.spring.anchor": [0.0, 0.0, 0.0],
+    "tethers.spring.rest_length": 0.0,
+    "tethers.spring.stiffness": STIFFNESS,
+    "tethers.spring.slack": False,
+    "forces.lift.force": [0.0, 0.0, HELD_UP],
+    "forces.lift.body_point": [0.0, 0.0, 0.3],
+}
+LIFTED = {name: value for name, value in HUNG.items() if not name.startswith("tethers")}
+ROPES = {
+    **HUNG,
+    "tethers.rope.anchor": [0.0, 0.0, -5.0],  # taut
+    "tethers.rope.rest_length": 4.9,
+    "tethers.rope.stiffness": 100.0,
+    "tethers.loose.anchor": [0.0, 0.0, 1.0],
+    "tethers.loose.rest_length": 2.0,
+    "tethers.loose.stiffness": 100.0,
+}
 SCENES = {
     "free": SCENE,
     "box": {**SCENE, **BOX},
     "dense": {**SCENE, **BOX, "body.density": 0.5, "body.mass": 3.0},
     "taylor": {**SCENE, "integrator.name": "taylor"},
+    "hung": HUNG,
+    "lifted": LIFTED,
+    "ropes": ROPES,
 }
 for _name in ("box", "dense"):
     del SCENES[_name]["body.inertia"]
-DYNAMIC = [p.name for p in schema.TABLE if p.dynamic]
+DYNAMIC = [p.name for p in schema.TABLE if p.dynamic and "<name>" not in p.name]
 
 
 @pytest.fixture(scope="module")
@@ -48,7 +71,7 @@ def nodes(connect_shared):
 
 def at_start(node, scene):
     """Paused at rest with the parameters of the beginning."""
-    given = {name: value for name, value in scene.items() if name in DYNAMIC}
+    given = {name: value for name, value in scene.items() if schema.find(name).dynamic}
     rest = {name: value for name, value in schema.defaults().items() if name in DYNAMIC and name.startswith("drag")}
     result = node.set_together({**{n: list(v) for n, v in rest.items()}, "gravity": [0.0, 0.0, 0.0], **given})
     assert result.successful, result.reason
@@ -171,6 +194,58 @@ def test_drag_that_comes_while_running_finds_its_kernels_loaded(node):
     assert "dop853" in values["plan"]
     assert float(values["slipped time [s]"]) - before < 10.0
     node.pause(True)
+
+
+def test_anchor_of_a_spring_is_moved(nodes):
+    """At rest at the anchor, which goes a to the side: x = a (1 − cos √(k/m) t). The lift is set to zero with it."""
+    node = at_start(nodes["hung"], {**HUNG, "forces.lift.force": [0.0, 0.0, 0.0]})
+    track = track_over_change(node, {"tethers.spring.anchor": [0.2, 0.0, 0.0]})
+    frequency = math.sqrt(STIFFNESS / MASS)
+    x = 0.2 * (1.0 - np.cos(frequency * T[1:]))
+    expected = np.concatenate([np.zeros(21), x])
+    assert track.position[:, 0] == pytest.approx(expected, rel=0, abs=1e-9)  # measured 1.5e-12
+    assert "plan: dop853 (tethers, not stiff" in node.process.stderr
+
+
+def test_another_constant_force_and_where_it_acts(nodes):
+    """It turns the body as little as where it stood over the centre of mass; elsewhere I dω/dt = p × F from rest."""
+    node = at_start(nodes["lifted"], LIFTED)
+    track = track_over_change(node, {"forces.lift.force": [0.0, 0.0, -2.0]})
+    v, z = ramp(HELD_UP / MASS, -2.0 / MASS)
+    assert track.linear[:, 2] == pytest.approx(v, rel=0, abs=1e-15)  # measured 2.2e-16
+    assert track.position[:, 2] == pytest.approx(z, rel=0, abs=1e-15)  # measured 2.8e-17
+    assert node.set_parameter("forces.lift.body_point", [0.0, 0.1, 0.0]).successful
+    steps(node, 1)
+    turning = node.collect(42).angular[-1]
+    assert turning == pytest.approx([0.1 * -2.0 / 0.1 / RATE, 0.0, 0.0], rel=1e-8)  # measured 1.7e-9: it turns
+
+
+CHANGED = {
+    "tethers.rope.body_point": [0.1, 0.0, 0.2],
+    "tethers.rope.anchor": [1.0, 0.0, -5.0],
+    "tethers.rope.rest_length": 4.0,
+    "tethers.rope.stiffness": 5000.0,
+    "tethers.rope.damping": 30.0,
+    "tethers.loose.slack": False,
+    "forces.lift.body_point": [0.0, 0.1, 0.0],
+}
+
+
+@pytest.mark.parametrize("name", CHANGED)
+def test_each_parameter_of_a_member_acts_as_in_the_scene_that_has_it(nodes, name):
+    """To the bit, and otherwise than without the change."""
+    usual = {"tethers.rope.body_point": [0.0] * 3, "tethers.rope.damping": 0.0, "tethers.loose.slack": True}
+    node = at_start(nodes["ropes"], {**ROPES, **usual})
+    track = track_over_change(node, {name: CHANGED[name]})
+    ends = []
+    for scene in (ROPES, {**ROPES, name: CHANGED[name]}):
+        alone = Simulation.from_scene(Scene(ROPES))
+        alone.step(20)
+        alone.change(**Scene(scene).terms().dynamic())
+        alone.step(20)
+        ends.append((*alone.motion[:7], *alone.motion[13:19]))
+    got = np.concatenate([part[-1] for part in (track.position, track.orientation, track.linear, track.angular)])
+    assert got.tolist() == list(ends[1]) != list(ends[0])
 
 
 def test_body_of_a_shape_follows_with_its_inertia(nodes):
@@ -316,6 +391,63 @@ def plain(value):
     return list(value) if isinstance(value, array.array) else value
 
 
+OF_MEMBERS = {  # node, values set together, what the reason must say
+    "no such member": (
+        "ropes",
+        {"tethers.chain.anchor": [0.0, 0.0, 1.0]},
+        "parameter tethers.chain.anchor = [0.0, 0.0, 1.0]: there is no tethers.chain, and none is added while the node "
+        "runs; those there are tethers.loose, tethers.rope, tethers.spring",
+    ),
+    "a whole one, and none there": (
+        "lifted",
+        {"tethers.a.anchor": [0.0, 0.0, 1.0], "tethers.a.rest_length": 1.0, "tethers.a.stiffness": 1.0},
+        "there is no tethers.a, and none is added while the node runs; there are no tethers; give them at the start",
+    ),
+    "no such parameter": (
+        "ropes",
+        {"tethers.rope.stifness": 1.0},
+        "parameter tethers.rope.stifness is not known; did you mean tethers.<name>.stiffness?",
+    ),
+    "no stiffness": ("ropes", {"tethers.rope.stiffness": 0.0}, "tethers.rope.stiffness = 0.0: is out of range; give"),
+    "NaN anchor": ("ropes", {"tethers.spring.anchor": [NAN, 0.0, 0.0]}, "tethers.spring.anchor = [nan, 0.0, 0.0]: is"),
+    "two entries": (
+        "ropes",
+        {"forces.lift.force": [1.0, 0.0]},
+        "forces.lift.force = [1.0, 0.0]: has 2 entries; give 3",
+    ),
+    "number for a bool": ("ropes", {"tethers.rope.slack": 1}, "tethers.rope.slack = 1: is not of type bool"),
+    "one good, one bad": (
+        "ropes",
+        {"tethers.rope.anchor": [0.0, 0.0, 9.0], "body.mass": 3.0, "tethers.rope.damping": -1.0},
+        "parameter tethers.rope.damping = -1.0: is out of range",
+    ),
+    "one good, one of nobody": (
+        "ropes",
+        {"tethers.rope.anchor": [0.0, 0.0, 9.0], "forces.push.force": [1.0, 0.0, 0.0]},
+        "there is no forces.push, and none is added while the node runs; those there are forces.lift",
+    ),
+    "what may be set": (
+        "lifted",
+        {"rate": 50.0},
+        "drag.angular_quadratic, forces.lift.body_point, forces.lift.force",
+    ),
+}
+
+
+@pytest.mark.parametrize(("which", "values", "reason"), OF_MEMBERS.values(), ids=OF_MEMBERS)
+def test_member_refused_with_the_reason_and_nothing_changed(nodes, which, values, reason):
+    node = at_start(nodes[which], SCENES[which])
+    names = [name for name in Scene(SCENES[which]).values if schema.find(name).dynamic]
+    before = [plain(value) for value in node.get_parameters(*names)]
+    result = node.set_together(values)
+    assert not result.successful and reason in result.reason
+    assert [plain(value) for value in node.get_parameters(*names)] == before
+    steps(node, 5)
+    alone = Simulation.from_scene(Scene(SCENES[which]))
+    alone.step(5)
+    assert node.collect(6).position[-1].tolist() == list(alone.motion[:3])
+
+
 def test_set_one_after_the_other_each_stands_for_itself(node):
     """set_parameters, unlike set_parameters_atomically, takes what is good."""
     assert not node.set_parameter("body.mass", -3.0).successful
@@ -373,13 +505,15 @@ odd = st.one_of(
     st.lists(st.text(max_size=3), min_size=1, max_size=3),
     st.lists(st.binary(min_size=1, max_size=1), min_size=1, max_size=3),
 )
-names = st.sampled_from([*DYNAMIC, *DYNAMIC, *schema.BY_NAME, "use_sim_time", "nonsense", ""])
+MEMBERS = [name for name in Scene(ROPES).values if name.count(".") == 2 and schema.find(name).dynamic]
+OTHERS = ["use_sim_time", "nonsense", "", "tethers.chain.anchor", "forces.push.force"]
+names = st.sampled_from([*DYNAMIC, *DYNAMIC, *MEMBERS, *schema.BY_NAME, *OTHERS])
 
 
 @given(st.lists(st.tuples(names, odd), max_size=4))
 def test_no_value_makes_a_callback_raise_and_what_is_refused_changes_nothing(values):
     """Not even many at once, nor one name twice; what is taken is the last of each name."""
-    scene, hooks = Scene({"drag.quadratic": (0.1, 0.0, 0.0)}), Hooks()
+    scene, hooks = Scene({**ROPES, "drag.quadratic": (0.1, 0.0, 0.0)}), Hooks()
     simulation, taken = Simulation.from_scene(scene), [scene]
     simulation.set_state(State(velocity=(3.0, 0.0, 0.0), angular_velocity=(1.0, 2.0, 3.0)))
 
@@ -389,10 +523,10 @@ def test_no_value_makes_a_callback_raise_and_what_is_refused_changes_nothing(val
         taken.append(new)
 
     parameters.Changes(hooks, scene, take)
-    before = (simulation.save(), simulation.body, simulation.drag)
+    before = (simulation.save(), simulation.body, simulation.terms)
     result = hooks.set(hooks.complete([Parameter(name, value=value) for name, value in values]))
     if result.successful:
-        assert (taken[-1].body(), taken[-1].effect("drag")) == (simulation.body, simulation.drag)
+        assert taken[-1].terms() == simulation.terms
     else:
         assert result.reason and len(taken) == 1
-        assert before == (simulation.save(), simulation.body, simulation.drag)
+        assert before == (simulation.save(), simulation.body, simulation.terms)

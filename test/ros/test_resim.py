@@ -8,6 +8,7 @@ from numpy.testing import assert_array_equal
 pytest.importorskip("rclpy")
 pytest.importorskip("rosbags")
 
+from rigid_body_sim.bags import journal
 from rigid_body_sim.bags.reading import read
 from rigid_body_sim.tools import resim
 
@@ -52,6 +53,33 @@ def test_real_time_with_the_nodes_own_recorder(connect, tmp_path, capfd):
     poses = [next(iter(read(tmp_path / bag).poses.values())) for bag in ("bag", "again")]
     assert len(poses[0]) > 30 and np.ptp(poses[0].values[:, 3]) > 1e-3
     assert_array_equal(poses[0].values, poses[1].values)
+
+
+def test_tether_and_force_that_were_changed_meanwhile(connect, tmp_path, capfd):
+    """An anchor that was moved, and more that was set together with a mass, are in the journal."""
+    scene = {
+        **SCENE,
+        "gravity": [0.0, 0.0, 0.0],
+        "tethers.rope.anchor": [0.0, 0.0, 1.0],
+        "tethers.rope.body_point": [0.0, 0.1, 0.1],
+        "tethers.rope.rest_length": 0.5,
+        "tethers.rope.stiffness": 200.0,
+        "forces.lift.force": [0.0, 0.0, 3.0],
+        "record.path": str(tmp_path / "bag"),
+    }
+    remote = connect(scene).ready()
+    send_some(remote, 10, each=5)
+    assert remote.set_parameter("tethers.rope.anchor", [0.3, 0.0, 1.2]).successful
+    send_some(remote, 10, each=5)
+    changes = {"tethers.rope.damping": 4.0, "tethers.rope.slack": False, "forces.lift.force": [0.1, 0.0, -2.0]}
+    assert remote.set_together({**changes, "body.mass": 3.0}).successful
+    send_some(remote, 10, each=5)
+    remote.process.assert_stopped_cleanly()
+    assert resim.main([str(tmp_path / "bag")]) == resim.SAME
+    assert "Equal to the bit" in capfd.readouterr().out
+    entries = journal.read(read(tmp_path / "bag").journal)
+    anchors = [entry.values["tethers"][0]["anchor"] for entry in entries if entry.call == "change"]
+    assert anchors == [[0.3, 0.0, 1.2]] * 2
 
 
 def test_node_that_was_killed(connect, tmp_path, capfd):

@@ -202,6 +202,11 @@ def test_dynamic_are_those_of_the_body_what_acts_limits_and_pace():
         *("body.mass", "body.inertia", "gravity", "wrench.max_force", "wrench.max_torque", "real_time_factor"),
         *(f"drag.{kind}" for kind in ("linear", "quadratic", "angular_linear", "angular_quadratic")),
         *(f"actuators.<name>.{limit}" for limit in ("min", "max")),
+        *(
+            f"tethers.<name>.{last}"
+            for last in ("body_point", "anchor", "rest_length", "stiffness", "damping", "slack")
+        ),
+        *(f"forces.<name>.{last}" for last in ("body_point", "force")),
     }
 
 
