@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
-from rigid_body_sim import Body, BodyState, Drag, Scene, Simulation, SimulationError, State, Tether, Wrench
+from rigid_body_sim import Actuator, Body, BodyState, Drag, Scene, Simulation, SimulationError, State, Tether, Wrench
 from rigid_body_sim.held import steps_held
 from rigid_body_sim.stepping import IntegratorError
 from rigid_body_sim.values import rotation
@@ -761,6 +761,21 @@ def test_what_is_held_while_time_waits_acts_for_what_was_left():
         each.step(20)
     assert sim.save().state == plain.save().state  # 10 ms of 2 N on 2 kg, whatever lay between
     assert_allclose(sim.state.velocity, (0.010, 0.0, 0.0), rtol=0, atol=1e-17)  # measured 1.7e-18
+
+
+def test_actuators_that_wait_go_on_where_they_were():
+    """What lags and what is delayed, too, and commands for what is left of their time."""
+    thruster = Actuator("one", "thruster", 0.0, 5.0, (0.1, 0.0, 0.0), time_constant=0.01, delay=0.0035)
+    sim, plain = (simulation(actuators=[thruster]) for _ in range(2))
+    for each in (sim, plain):
+        each.set_actuators([2.0], hold=0.010)
+        each.step(5)
+    sim.wait(50)
+    assert sim.actuator_states == plain.actuator_states
+    for each in (sim, plain):
+        each.step(20)
+    assert sim.save().state == plain.save().state and sim.actuator_states == plain.actuator_states
+    assert np.abs(sim.state.velocity).max() > 1e-3
 
 
 @pytest.mark.parametrize(("n", "error"), [(-1, ValueError), (2.7, TypeError), ("3", TypeError)])

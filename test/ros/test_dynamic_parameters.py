@@ -405,8 +405,8 @@ OF_MEMBERS = {  # node, values set together, what the reason must say
     ),
     "no such parameter": (
         "ropes",
-        {"tethers.rope.stifness": 1.0},
-        "parameter tethers.rope.stifness is not known; did you mean tethers.<name>.stiffness?",
+        {"tethers.rope.restlength": 1.0},
+        "parameter tethers.rope.restlength is not known; did you mean tethers.<name>.rest_length?",
     ),
     "no stiffness": ("ropes", {"tethers.rope.stiffness": 0.0}, "tethers.rope.stiffness = 0.0: is out of range; give"),
     "NaN anchor": ("ropes", {"tethers.spring.anchor": [NAN, 0.0, 0.0]}, "tethers.spring.anchor = [nan, 0.0, 0.0]: is"),
