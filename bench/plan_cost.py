@@ -10,6 +10,7 @@ from typing import Any
 
 from rigid_body_sim.command_line import takes_nothing
 from rigid_body_sim.effects.drag import Drag
+from rigid_body_sim.effects.ground import Ground
 from rigid_body_sim.effects.tether import Tether
 from rigid_body_sim.report.cost import FULL_WRENCH, costs
 from rigid_body_sim.simulation import Simulation
@@ -21,6 +22,12 @@ from .step_cost import GRAVITY, MOMENTS, SPIN
 
 ROUNDS = 40
 STIFF_TETHER = Tether(anchor=(0.0, 0.0, 1.0), rest_length=1.0, stiffness=1e8, damping=1e5)
+
+
+def feet(stiffness: float) -> Ground:
+    """Ground below four points of the body."""
+    contacts = tuple((x, y, -0.1) for x in (-0.2, 0.2) for y in (-0.15, 0.15))
+    return Ground(stiffness=stiffness, damping=stiffness**0.5, friction=0.5, contacts=contacts)
 
 
 def simulations() -> dict[str, Simulation]:
@@ -40,6 +47,10 @@ def simulations() -> dict[str, Simulation]:
         "any body, body force": (general, spinning, Wrench(force_body=(1.0, 2.0, 3.0)), {}),
         "drag": (general, spinning, Wrench(), {"drag": Drag((1.0,) * 3, (1.0,) * 3, (0.01,) * 3)}),
         "stiff tether": (general, spinning, Wrench(), {"tethers": [STIFF_TETHER]}),
+        **{
+            f"rests on 4 contacts, k = {k:.0e}": (general, State((0.0, 0.0, 0.1)), Wrench(), {"ground": feet(k)})
+            for k in (1e4, 1e6)
+        },
     }
     return {name: _simulation(*one) for name, one in made.items()}
 
@@ -59,7 +70,7 @@ def main(args: Sequence[str] | None = None) -> int:
     print("\nA step by each plan, ns: in one call, a call each; and both relative to the full wrench's")
     for name, (bulk, each) in medians.items():
         print(
-            f"  {name:28s} {1e9 * bulk:8.1f} {1e9 * each:8.0f}   {bulk / full[0]:6.3f} {each / full[1]:6.3f}   "
+            f"  {name:30s} {1e9 * bulk:8.1f} {1e9 * each:8.0f}   {bulk / full[0]:6.3f} {each / full[1]:6.3f}   "
             f"{plans[name].plan.integrator}"
         )
     return 0

@@ -7,6 +7,8 @@ if TYPE_CHECKING:  # what type checkers see of _HOMES; a test compares the two
     from .actuation import ActuatorState as ActuatorState
     from .effects.actuators import Actuator as Actuator
     from .effects.drag import Drag as Drag
+    from .effects.ground import Contact as Contact
+    from .effects.ground import Ground as Ground
     from .effects.tether import Tether as Tether
     from .ensemble import Ensemble as Ensemble
     from .runs.schedule import WrenchSchedule as WrenchSchedule
@@ -30,8 +32,10 @@ _HOMES = {  # of each public name
     "ActuatorState": "actuation",
     "Body": "values.body",
     "BodyState": "values.state",
+    "Contact": "effects.ground",
     "Drag": "effects.drag",
     "Ensemble": "ensemble",
+    "Ground": "effects.ground",
     "Scene": "scene.loader",
     "Simulation": "simulation",
     "SimulationError": "simulation",

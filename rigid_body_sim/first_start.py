@@ -6,6 +6,7 @@ Nothing else is done meanwhile in place of a kernel: results never depend on wha
 
 import contextlib
 import ctypes
+import functools
 import itertools
 import os
 import signal
@@ -61,9 +62,8 @@ def of_parameters(given: Mapping[str, Any]) -> tuple[list[Request], list[Request
     try:
         values = attitude.read({name: value for name, value in given.items() if not schema.belongs_to_ros(name)})
         name = values["integrator.name"]
-        effects = {
-            effect.name: effect.read(values, schema.members(effect.name, values)) for effect in REGISTRY.values()
-        }
+        members = functools.partial(schema.members, names=values)
+        effects = {effect.name: effect.read(values, members) for effect in REGISTRY.values()}
         terms, outputs = Terms(_BODY, **effects), values["outputs"]
         now = of_scene(terms, name, outputs)
         later = [one for other in _reached_by_setting(terms) for one in of_scene(other, name, outputs)]
@@ -76,7 +76,7 @@ def _reached_by_setting(terms: Terms) -> Iterator[Terms]:
     """Terms in which one dynamic effect comes or goes: none is added to those with names, and some always act."""
     for effect in REGISTRY.values():
         acts = bool(terms.acting[effect.name])
-        is_there = bool(terms.given[effect.name]) if effect.many else True
+        is_there = bool(terms.given[effect.name]) if effect.many else not effect.groups
         if effect.dynamic and is_there and not (acts and effect.acts(effect.zero)):
             yield terms.changed(**{effect.name: effect.absent if acts else effect.present})
 

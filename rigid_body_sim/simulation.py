@@ -12,6 +12,7 @@ from . import integrators, sentences
 from .actuation import Actuation, ActuatorState
 from .effects.actuators import Actuator
 from .effects.drag import Drag
+from .effects.ground import Contact, Ground, contacts_at
 from .effects.tether import Tether
 from .held import Held, earlier, steps_held
 from .integrators.script import Script
@@ -73,13 +74,14 @@ class Simulation:
     **effects
         What acts besides, by its name in ``rigid_body_sim.effects.REGISTRY``: ``drag`` (a Drag), ``tethers`` (several
         Tether), ``forces`` (several (point, force): forces [N] in world axes that always act, each at a body-fixed
-        point [m] given from the body frame's origin in body axes: buoyancy, say), ``actuators`` (several Actuator).
+        point [m] given from the body frame's origin in body axes: buoyancy, say), ``ground`` (a Ground), ``actuators``
+        (several Actuator).
 
     Raises
     ------
     ValueError
         A rate outside [1e-9, 1e6] Hz, gravity that is not three finite numbers, an unknown integrator, or one that
-        leaves out the drag, the tethers or the forces given; rtol outside [1e-13, 1].
+        leaves out the drag, the tethers, the forces or the ground given; rtol outside [1e-13, 1].
     """
 
     _wrench: Wrench
@@ -159,6 +161,17 @@ class Simulation:
     def forces(self) -> tuple[PointForce, ...]:
         """The forces that always act, as (point [m, body axes], force [N, world axes])."""
         return tuple(self.terms.given["forces"])
+
+    @property
+    def ground(self) -> Ground:
+        """The ground, with the points of the body that it keeps out."""
+        ground: Ground = self.terms.given["ground"]
+        return ground
+
+    @property
+    def contacts(self) -> tuple[Contact, ...]:
+        """How each contact of the ground stands to it now: penetration, normal force and slip velocity."""
+        return contacts_at(self.ground, self.body, self.state)
 
     @property
     def rate(self) -> float:
@@ -390,7 +403,7 @@ class Simulation:
 
     @property
     def potential_energy(self) -> float:
-        """Energy [J] in gravity, constant forces and tethers: none at the world's origin, and in a tether at rest."""
+        """Energy [J] in gravity, constant forces, tethers and contacts: none at the world's origin, and at rest."""
         return float(invariants.potential_energy(self.terms, self.state))
 
     @property

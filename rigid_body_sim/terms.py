@@ -119,7 +119,8 @@ class Terms:
     @property
     def driven(self) -> bool:
         """Whether a load acts that may speed the body up, as no drag does."""
-        return any(not REGISTRY[name].dissipates for name in self.loads)
+        effects = [REGISTRY[name] for name in self.loads]
+        return any(effect.energy is not None or not effect.dissipates for effect in effects)
 
     @property
     def turning(self) -> bool:
@@ -166,7 +167,7 @@ class Terms:
         """The kernels' view of all this, a held wrench, and what goes on from step to step: see kernels.model."""
         levers = [*(Lever(*point) for point in wrench.points), *self.levers]
         rows = [number for arm, vector, is_force in levers for number in (*arm, *vector, float(is_force))]
-        model = np.concatenate((self._header, rows, *self._load_rows, self._drive_row, memory))
+        model = np.concatenate((self._header, rows, *self._load_rows.values(), self._drive_row, memory))
         model[WRENCH : WRENCH + 12] = wrench.values
         model[N_LEVERS] = len(levers)
         at, end = LEVERS + len(rows), len(model)
@@ -175,9 +176,9 @@ class Terms:
             end -= effect.memory_size * len(self.acting[effect.name])
             model[LOADS + 3 * number + 2] = end
         for number, effect in enumerate(_LOADS):
-            acting = self.acting[effect.name]
-            model[LOADS + 3 * number], model[LOADS + 3 * number + 1] = len(acting), at
-            at += effect.size * len(acting)
+            size = self._load_rows[effect.name].size
+            model[LOADS + 3 * number], model[LOADS + 3 * number + 1] = size // effect.size, at
+            at += size
         write_arms(model)
         if self._drive and len(memory):
             model[DRIVE] = at
@@ -210,5 +211,7 @@ class Terms:
         return self._drive.row(self.acting[self._drive.name], self.body) if self._drive else NO_MEMORY
 
     @cached_property
-    def _load_rows(self) -> list[Floats]:
-        return [effect.row(one, self.body) for effect in _LOADS for one in self.acting[effect.name]]
+    def _load_rows(self) -> dict[str, Floats]:
+        """The numbers of each kind of load."""
+        rows = {effect.name: [effect.row(one, self.body) for one in self.acting[effect.name]] for effect in _LOADS}
+        return {name: np.concatenate([NO_MEMORY, *map(np.ravel, each)]) for name, each in rows.items()}

@@ -79,7 +79,7 @@ def test_python_runs_as_printed_or_says_that_it_is_a_fragment(text, user_folder,
     code = compile(text, "block", "exec")
     if not text.startswith("# Fragment: "):
         exec(code, {})
-        assert re.match(r"1\.0 \[|0 \(|Trajectory\(", capsys.readouterr().out)
+        assert re.match(r"1\.0 \[|0 \(|Trajectory\(|0\.395827057 s", capsys.readouterr().out)
 
 
 @pytest.mark.parametrize("text", blocks("yaml"))

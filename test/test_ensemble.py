@@ -10,6 +10,7 @@ from rigid_body_sim import (
     Body,
     Drag,
     Ensemble,
+    Ground,
     Simulation,
     SimulationError,
     State,
@@ -32,6 +33,7 @@ SCENES = {
     "forces at points": {"forces": [((0.1, 0, 0), (0, 0, 3.0)), ((0, 0.1, 0), (1.0, 0, 0))]},
     "drag": {"drag": Drag(linear=(0.1, 0.2, 0.3), angular_linear=(0.01, 0.01, 0.01))},
     "tether": {"tethers": [TETHER], "rtol": 1e-6},
+    "ground": {"ground": Ground(stiffness=400.0, damping=3.0, friction=0.3, contacts=((0, 0, -0.1), (0, 0, 0.1)))},
 }
 STATES = ("position", "orientation", "velocity", "angular_velocity")
 

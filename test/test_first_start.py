@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from rigid_body_sim import Drag, Scene, Simulation, Tether, first_start
+from rigid_body_sim import Drag, Ground, Scene, Simulation, Tether, first_start
 from rigid_body_sim.integrators import REGISTRY, steps_of
 from rigid_body_sim.kernels import kernel_cache, state
 from rigid_body_sim.terms import Terms
@@ -162,5 +162,6 @@ def until(condition, seconds=20.0):
 
 def test_everything_holds_what_any_scene_of_the_package_needs():
     every = names(first_start.everything())
-    for terms in ({}, {"drag": Drag(linear=(1, 1, 1))}, {"tethers": [Tether(stiffness=1.0)]}):
+    ground = Ground(stiffness=1.0, contacts=((0, 0, 0),))
+    for terms in ({}, {"drag": Drag(linear=(1, 1, 1))}, {"tethers": [Tether(stiffness=1.0)]}, {"ground": ground}):
         assert set(of(Terms(BODY, **terms))) <= set(every)

@@ -117,11 +117,12 @@ def test_plan_lists_what_is_left_out():
         "forces at points",
         "drag",
         "tethers",
+        "ground",
         "actuators",
     )
     assert sim.plan.left_out == everything_else
     sim.set_wrench(every_term(Wrench()))
-    assert sim.plan.left_out == ("gravity", "gyroscopic term", "drag", "tethers", "actuators")
+    assert sim.plan.left_out == ("gravity", "gyroscopic term", "drag", "tethers", "ground", "actuators")
     assert Simulation(BODIES["general"], integrator="rk4").plan.reason == "as asked for"
 
 
@@ -240,7 +241,7 @@ def test_changes_between_steps_are_those_of_a_new_simulation():
 @pytest.mark.parametrize(
     ("integrator", "terms", "sentence"),
     [
-        ("taylor", {"drag": Drag(linear=(1.0, 0.0, 0.0))}, "integrator 'taylor' leaves out drag and tethers"),
+        ("taylor", {"drag": Drag(linear=(1.0, 0.0, 0.0))}, "integrator 'taylor' leaves out drag, tethers and ground"),
         ("auto", {"gravity": (0.0, math.nan, 0.0)}, "gravity .* must be three finite numbers"),
         (
             "auto",

@@ -1,12 +1,13 @@
 """What acts on the body beside a held wrench: one file an effect, and the registry that names them."""
 
-from . import actuators, constant_force, drag, tether
+from . import actuators, constant_force, drag, ground, tether
 from .base import Effect, Lever
 
 _ALL = (
     drag.EFFECT,
     tether.EFFECT,
     constant_force.EFFECT,
+    ground.EFFECT,
     actuators.EFFECT,
 )
 REGISTRY: dict[str, Effect] = {effect.name: effect for effect in _ALL}

@@ -17,7 +17,7 @@ from ..kernels.arrays import Floats
 from ..kernels.compiled import kernel
 from ..kernels.drive import NO_DRIVE, Drive
 from ..kernels.model import LOADS
-from ..kernels.motion import Acting
+from ..kernels.motion import Acting, Passed
 from ..kernels.tuples import Load, Motion, added
 from ..values.body import Body
 from ..values.parameter import Parameter
@@ -51,6 +51,18 @@ def _calm(model: Floats, at: int, state: Floats, h: float) -> float:
 
 
 @kernel
+def _settled(model: Floats, at: int, body: Motion) -> None:
+    return
+
+
+@kernel
+def _never(model: Floats, at: int, before: Motion, after: Motion, h: float) -> Passed:
+    return Passed(-1.0, 1.0)
+
+
+_OPEN = ".<name>."  # between a group and a parameter that each member of the group has
+
+
 def _lasting(model: Floats, at: int, memory: int, h: float) -> None:
     return
 
@@ -65,9 +77,10 @@ class Effect:
 
     ``make`` makes one of it from its parameters, by their last names: a dataclass or a NamedTuple. ``zero`` is one
     without any strength, ``example`` one that acts in all ways it can: the contract tests take them. With ``many`` a
-    scene may have any number, each with a name of its own. ``world`` names the fields that are vectors of the world.
+    scene may have any number, each with a name of its own; else a parameter ``group.<name>.field`` is of a field
+    ``group`` that is a sequence. ``world`` names the fields that are vectors of the world.
     ``energy(one, body, state)`` is its potential energy [J], of one state or of many (see values.state.Motions);
-    with ``dissipates`` it takes energy out.
+    with ``dissipates`` it takes energy out, of that and of the motion.
     """
 
     name: str  # of the group of parameters, and the keyword of Simulation
@@ -88,6 +101,18 @@ class Effect:
     def dynamic(self) -> bool:
         """Whether it may be changed while the node runs."""
         return any(parameter.dynamic for parameter in self.parameters)
+
+    @property
+    def groups(self) -> tuple[str, ...]:
+        """Of one that is not ``many``: the fields that are sequences, one for each name of the user's in a group."""
+        opened = (parameter.name.split(_OPEN)[0] for parameter in self.parameters if _OPEN in parameter.name)
+        return () if self.many else tuple(opened)
+
+    @property
+    def fields(self) -> dict[str, str]:
+        """Name of the parameter of each field of what users write: ``height`` of ``ground.height``, say."""
+        names = [parameter.name for parameter in self.parameters if parameter.name != self.order]
+        return {name.split(".")[0 if name.split(".")[0] in self.groups else -1]: name for name in names}
 
     @property
     def absent(self) -> Any:
@@ -130,21 +155,26 @@ class Effect:
 
         return tuple(map(made, plain)) if self.many else made(plain)
 
-    def read(self, values: Mapping[str, Any], members: Sequence[str]) -> Any:
-        """What parameters of a scene describe; ``members``: names of the user's, where there may be many."""
-        fields = [one.name.rpartition(".")[2] for one in self.parameters if one.name != self.order]
-        if not self.many:
-            return self.make(**{field: values[f"{self.name}.{field}"] for field in fields})
-        if self.order:
-            members = self._in_order(values[self.order], members)
-        named = [{"name": member} if self.order else {} for member in members]
-        return tuple(
-            self.make(**name, **{field: values[f"{self.name}.{member}.{field}"] for field in fields})
-            for name, member in zip(named, members, strict=True)
-        )
+    def read(self, values: Mapping[str, Any], members: Callable[[str], Sequence[str]]) -> Any:
+        """What parameters of a scene describe; ``members(group)``: names of the user's in a group, in order."""
+        if self.many:
+            return tuple(self._made(values, member) for member in self._in_order(values, members(self.name)))
+        made = {}
+        for field, name in self.fields.items():
+            places = [name.replace("<name>", one) for one in members(field)] if field in self.groups else []
+            made[field] = tuple(values[place] for place in places) if field in self.groups else values[name]
+        return self.make(**made)
 
-    def _in_order(self, names: Sequence[str], members: Sequence[str]) -> Sequence[str]:
-        """The members as ``names`` has them. Raises ValueError for one that is in one of the two alone."""
+    def _made(self, values: Mapping[str, Any], member: str) -> Any:
+        """One of many."""
+        name = {"name": member} if self.order else {}
+        return self.make(**name, **{f: values[at.replace("<name>", member)] for f, at in self.fields.items()})
+
+    def _in_order(self, values: Mapping[str, Any], members: Sequence[str]) -> Sequence[str]:
+        """The members as ``order`` has them. Raises ValueError for one that is in one of the two alone."""
+        if not self.order:
+            return members
+        names: Sequence[str] = values[self.order]
         for member in members:
             if member not in names:
                 raise ValueError(f"parameter {self.order} = {list(names)}: lacks {member}, whose parameters are given")
@@ -167,12 +197,17 @@ class SeriesEffect(Effect):
 class LoadEffect(Effect):
     """An effect that is a function of the motion, by kernels.
 
-    ``row(one, body)`` are its ``size`` numbers in the model, which begin at ``model[at]`` for the kernels.
+    ``row(one, body)`` are its ``size`` numbers in the model, which begin at ``model[at]`` for the kernels; of what is
+    several loads in one, several rows, shape (n, size).
     ``load(model, at, body)`` is its force and torque; ``add_jacobian(model, at, body, taut, out, o)`` adds their exact
     derivatives (see rows), with ``taut`` those of a load that does not act now and may later.
     ``passes_kink(model, at, state, work, z)`` says whether a kink lies within the increments work[z:z + 12] (see
     integrators.substep), and ``ringing(model, at, state, h)`` is ω² [1/s²] of what it makes vibrate throughout a step.
 
+    A load that begins and ends to act has *events*. ``settle(model, at, body)`` notes in its row whether it acts, from
+    the motion at the beginning of a sub-step; until it is settled again that stays, so that it is smooth, and
+    ``passed(model, at, before, after, h)`` tells whether it should have changed in between (see kernels.motion.Passed):
+    the sub-step is then ended there.
     ``memory(one, body, h)`` are numbers that go on from step to step of h [s], as they are at the start, of which
     ``memory_size`` says how many; ``advance(model, at, memory, h)`` lets a step pass for those from model[memory] on.
     """
@@ -183,6 +218,8 @@ class LoadEffect(Effect):
     add_jacobian: Callable[[Floats, int, Motion, bool, Floats, int], None]
     passes_kink: Callable[[Floats, int, Floats, Floats, int], bool] = _smooth
     ringing: Callable[[Floats, int, Floats, float], float] = _calm
+    settle: Callable[[Floats, int, Motion], None] = _settled
+    passed: Callable[[Floats, int, Motion, Motion, float], Passed] = _never
     memory_size: int = 0
     memory: Callable[[Any, Body, float], Floats] = _no_memory
     advance: Callable[[Floats, int, int, float], None] = _lasting
@@ -222,11 +259,23 @@ def _no_ringing(model: Floats, state: Floats, h: float) -> float:
 
 
 @kernel
+def _nothing_settled(model: Floats, body: Motion) -> None:
+    return
+
+
+@kernel
+def _no_event(model: Floats, before: Motion, after: Motion, h: float) -> Passed:
+    return Passed(-1.0, 1.0)
+
+
+@kernel
 def _no_memories(model: Floats, h: float) -> None:
     return
 
 
-NOTHING_ACTS = Acting(_no_load, _no_jacobian, _no_kink, _no_ringing, _no_memories, NO_DRIVE)
+NOTHING_ACTS = Acting(
+    _no_load, _no_jacobian, _no_kink, _no_ringing, _nothing_settled, _no_event, _no_memories, NO_DRIVE
+)
 
 
 @cache
@@ -242,8 +291,9 @@ def together(loads: tuple[tuple[int, LoadEffect], ...], drive: Drive = NO_DRIVE)
 def _and(others: Acting, one: LoadEffect, slot: int) -> Acting:
     """The others, then each of one kind: ``model[slot]`` of them from ``model[slot + 1]`` on; then where memory is."""
     load_of, jacobian_of, kink_of, ringing_of, size = one.load, one.add_jacobian, one.passes_kink, one.ringing, one.size
-    load_others, jacobian_others, kink_others, ringing_others, advance_others, drive = others
-    advance_of, memory_size = one.advance, one.memory_size
+    load_others, jacobian_others, kink_others, ringing_others, *_ = others
+    settle_of, passed_of, settle_others, passed_others = one.settle, one.passed, others.settle, others.passed
+    advance_of, memory_size, advance_others = one.advance, one.memory_size, others.advance
 
     @kernel
     def add_load(model: Floats, body: Motion, load: Load) -> Load:
@@ -272,8 +322,19 @@ def _and(others: Acting, one: LoadEffect, slot: int) -> Acting:
             fastest = max(fastest, ringing_of(model, int(model[slot + 1]) + size * i, state, h))
         return fastest
 
-    if memory_size == 0:
-        return Acting(add_load, add_jacobian, passes_kink, ringing, advance_others, drive)
+    @kernel
+    def settle(model: Floats, body: Motion) -> None:
+        settle_others(model, body)
+        for i in range(int(model[slot])):
+            settle_of(model, int(model[slot + 1]) + size * i, body)
+
+    @kernel
+    def passed(model: Floats, before: Motion, after: Motion, h: float) -> Passed:
+        by, peak = passed_others(model, before, after, h)
+        for i in range(int(model[slot])):
+            other = passed_of(model, int(model[slot + 1]) + size * i, before, after, h)
+            by, peak = max(by, other.by), min(peak, other.peak)
+        return Passed(by, peak)
 
     @kernel
     def advance(model: Floats, h: float) -> None:
@@ -281,4 +342,8 @@ def _and(others: Acting, one: LoadEffect, slot: int) -> Acting:
         for i in range(int(model[slot])):
             advance_of(model, int(model[slot + 1]) + size * i, int(model[slot + 2]) + memory_size * i, h)
 
-    return Acting(add_load, add_jacobian, passes_kink, ringing, advance, drive)
+    # Of loads without events, or without memory, nothing is compiled that looks for some.
+    acting = others._replace(add_load=add_load, add_jacobian=add_jacobian, passes_kink=passes_kink, ringing=ringing)
+    if passed_of is not _never:
+        acting = acting._replace(settle=settle, passed=passed)
+    return acting._replace(advance=advance) if memory_size else acting

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from ..kernels.arrays import Floats
 from ..kernels.compiled import kernel
-from ..kernels.tuples import Vec
+from ..kernels.tuples import Vec, crossed, dot, unit
 
 
 class Row(NamedTuple):
@@ -31,6 +31,24 @@ def add_row(out: Floats, at: int, s: float, row: Row) -> None:
 @kernel
 def _add(out: Floats, at: int, s: float, a: Vec) -> None:
     out[at], out[at + 1], out[at + 2] = out[at] + s * a.x, out[at + 1] + s * a.y, out[at + 2] + s * a.z
+
+
+@kernel
+def add_force_row(out: Floats, o: int, i: int, r: Vec, force: Vec, s: float, row: Row) -> None:
+    """What component i of a force at the arm r changes by, s row, and what that of its torque τ = r × F does.
+
+    The arm turns with the body: δτ = r × δF + (b × r) × F, of which the second is r (b · F) − b (r · F).
+    """
+    axis = unit(i)
+    j = crossed(r, axis)
+    add_row(out, o + 12 * i, s, row)
+    add_row(out, o + 36, s * j.x, row)
+    add_row(out, o + 48, s * j.y, row)
+    add_row(out, o + 60, s * j.z, row)
+    t, across, moment = o + 36 + 12 * i + 3, dot(r, axis), dot(force, r)
+    out[t] += across * force.x - moment * axis.x
+    out[t + 1] += across * force.y - moment * axis.y
+    out[t + 2] += across * force.z - moment * axis.z
 
 
 @kernel

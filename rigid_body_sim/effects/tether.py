@@ -8,18 +8,16 @@ import numpy as np
 
 from ..kernels.arrays import Floats, Vector
 from ..kernels.compiled import kernel
-from ..kernels.model import MASS, rates_principal
-from ..kernels.motion import body_attitude
+from ..kernels.motion import body_attitude, mobility
 from ..kernels.state import Q, X
 from ..kernels.tuples import NOTHING, Load, Motion, Quat, Vec, crossed, dot, plus, rotate, scaled, unit, vec
-from ..kernels.vectors import qrotate_back
 from ..values import rotation
 from ..values.body import Body
 from ..values.parameter import Parameter
 from ..values.state import Motions
 from ..values.wrench import ZERO, three_finite
 from .base import LoadEffect
-from .rows import Row, add_row
+from .rows import Row, add_force_row
 
 # body point 3 (from the centre of mass), anchor 3, then:
 _REST_LENGTH, _STIFFNESS, _DAMPING, _SLACK, SIZE = 6, 7, 8, 9, 10
@@ -156,21 +154,13 @@ def add_tether_jacobian(model: Floats, at: int, body: Motion, taut: bool, out: F
     d = scaled(model[at + _DAMPING], n)
     h = crossed(r, plus(g, crossed(d, body.w)))
     e = crossed(r, d)
-    moment = dot(force, r)
     for i in range(3):
         axis = unit(i)
         j = crossed(r, axis)
         along = dot(n, axis)
         by_x = plus(scaled(s, axis), scaled(along, g))
         row = Row(by_x, plus(scaled(s, j), scaled(along, h)), scaled(along, d), scaled(along, e))
-        add_row(out, o + 12 * i, -1.0, row)
-        add_row(out, o + 36, -j.x, row)
-        add_row(out, o + 48, -j.y, row)
-        add_row(out, o + 60, -j.z, row)
-        t, across = o + 36 + 12 * i + 3, dot(r, axis)
-        out[t] += across * force.x - moment * axis.x
-        out[t + 1] += across * force.y - moment * axis.y
-        out[t + 2] += across * force.z - moment * axis.z
+        add_force_row(out, o, i, r, force, -1.0, row)
 
 
 @kernel
@@ -179,12 +169,9 @@ def ringing(model: Floats, at: int, state: Floats, h: float) -> float:
     q = Quat(state[Q], state[Q + 1], state[Q + 2], state[Q + 3])
     arm = rotate(body_attitude(model, q), vec(model, at))
     n = tether_direction(model, at, plus(vec(state, X), arm))
-    t = crossed(arm, n)
-    wx, wy, wz = rates_principal(model, q.w, q.x, q.y, q.z, t.x, t.y, t.z)
-    tx, ty, tz = qrotate_back(q.w, q.x, q.y, q.z, t.x, t.y, t.z)
-    mobility = 1.0 / model[MASS] + tx * wx + ty * wy + tz * wz
-    if 0.5 * model[at + _DAMPING] * mobility * h < DIED_AWAY:
-        return model[at + _STIFFNESS] * mobility
+    ease = mobility(model, q, arm, n)
+    if 0.5 * model[at + _DAMPING] * ease * h < DIED_AWAY:
+        return model[at + _STIFFNESS] * ease
     return 0.0
 
 

@@ -47,7 +47,8 @@ def shortfall(name: str, terms: Terms) -> str:
 
 
 def _words(kind: type[Effect]) -> str:
-    return " and ".join(effect.left_out for effect in EFFECTS.values() if isinstance(effect, kind))
+    *first, last = (effect.left_out for effect in EFFECTS.values() if isinstance(effect, kind))
+    return f"{', '.join(first)} and {last}" if first else last
 
 
 __all__ = ["AUTO", "CHOICES", "REGISTRY", "RULE", "Integrator", "get", "script_of", "shortfall", "steps_of"]

@@ -96,7 +96,7 @@ class Integrator:
     torque_free_only: bool = False  # needs a wrench that neither turns the body nor turns with it: see ``refusal``
     one_evaluation: bool = False
     loop: Loop = step_by_step
-    resisted: bool = False  # whether it takes drag and tethers into account
+    resisted: bool = False  # whether it takes loads into account: drag, tethers, ground
     adaptive: bool = False  # whether it keeps its error below rtol inside each step
 
     def refusal(self, wrench: Wrench) -> str:

@@ -14,13 +14,16 @@ from ..kernels.motion import Acting
 from ..kernels.state import LOW
 from .base import SCRATCH, Integrator
 from .substep import (
+    NO_SEARCH,
     SHORTEST,
     SMALLEST_SHARE,
     UNKNOWNS,
     accept,
     is_hopeless,
     next_size,
+    settle,
     slope,
+    sought,
     usable,
     weighed,
 )
@@ -151,15 +154,19 @@ WORK_SIZE = _Y + LOW
 @kernel
 def step(acting: Acting, state: Floats, model: Floats, work: Floats, h: float) -> bool:
     """One step in sub-steps that each keep the estimated error below their share; False when it cannot be done."""
-    left, trial, growth = h, h, FASTEST_GROWTH
+    left, trial, growth, event = h, h, FASTEST_GROWTH, NO_SEARCH
     _first_slope(acting, state, model, work)
     for tried in range(MOST_SUBSTEPS):
-        if trial >= left * (1.0 - 1e-12):
+        if trial >= left * (1.0 - 1e-12) and event.beyond == 0.0:
             trial = left
         error = math.inf
         if _stages(acting, state, model, work, trial):
             error = _error(acting, state, model, work, trial, max(trial / h, SMALLEST_SHARE))
         if error <= 1.0 or (error < math.inf and trial <= SHORTEST * h):
+            event = sought(acting, state, model, work, _Z, trial, event)
+            if event.size != trial:
+                trial = event.size
+                continue
             accept(state, work, _Z)
             acting.drive.advance(model, trial)
             left -= trial
@@ -167,8 +174,11 @@ def step(acting: Acting, state: Floats, model: Floats, work: Floats, h: float) -
                 return True
             acting.drive.settle(model)
             _first_slope(acting, state, model, work)
+            if event.beyond != 0.0:
+                trial, event = left, NO_SEARCH
+                continue
         else:
-            growth = SLOW_GROWTH
+            growth, event = SLOW_GROWTH, NO_SEARCH
         trial = next_size(trial, error, ORDER, growth)
         if trial < 0.1 * SHORTEST * h or is_hopeless(h - left, h, tried, MOST_SUBSTEPS):
             return False
@@ -177,6 +187,7 @@ def step(acting: Acting, state: Floats, model: Floats, work: Floats, h: float) -
 
 @kernel
 def _first_slope(acting: Acting, state: Floats, model: Floats, work: Floats) -> None:
+    settle(acting, state, model)
     for c in range(UNKNOWNS):
         work[_Z + c] = 0.0
     slope(acting, state, model, work, _Z, _Y, _K)
@@ -232,7 +243,7 @@ INTEGRATOR = Integrator(
     resisted=True,
     adaptive=True,
     text=(
-        "Dormand-Prince of order 8(5,3) with error control inside each step. For drag and tethers that are not stiff; "
-        "a step that is too stiff for it is refused."
+        "Dormand-Prince of order 8(5,3) with error control inside each step. For drag, tethers and ground that are not "
+        "stiff; a step that is too stiff for it is refused."
     ),
 )

@@ -17,6 +17,7 @@ from ..kernels.state import LOW
 from ..kernels.vectors import cross
 from .base import SCRATCH, Integrator
 from .substep import (
+    NO_SEARCH,
     SHORTEST,
     SMALLEST_SHARE,
     UNKNOWNS,
@@ -24,7 +25,9 @@ from .substep import (
     is_hopeless,
     next_size,
     radius_of_gyration,
+    settle,
     slope,
+    sought,
     usable,
     weighed,
 )
@@ -78,16 +81,20 @@ _LAST = _U + UNKNOWNS * (_STAGES - 1)
 def step(acting: Acting, state: Floats, model: Floats, work: Floats, h: float) -> bool:
     """One step in sub-steps that each keep the estimated error below their share; False when it cannot be done."""
     _linearise(acting, state, model, work)
-    left, trial = h, _first_size(acting, state, model, work, h)
+    left, trial, event = h, _first_size(acting, state, model, work, h), NO_SEARCH
     share = DAMPED_SHARE if trial == h else SMALLEST_SHARE
     for tried in range(MOST_SUBSTEPS):
-        if trial >= left * (1.0 - 1e-12):
+        if trial >= left * (1.0 - 1e-12) and event.beyond == 0.0:
             trial = left
         error = math.inf
         if _stages(acting, state, model, work, trial):
             rate = min(_stiffness(model, work) * trial, 1.0 / trial)
             error = weighed(state, model, work, _Z, _LAST, max(trial / h, share), rate)
         if error <= 1.0 or (error < math.inf and trial <= SHORTEST * h):
+            event = sought(acting, state, model, work, _Z, trial, event)
+            if event.size != trial:
+                trial = event.size
+                continue
             accept(state, work, _Z)
             acting.drive.advance(model, trial)
             left -= trial
@@ -95,6 +102,11 @@ def step(acting: Acting, state: Floats, model: Floats, work: Floats, h: float) -
                 return True
             acting.drive.settle(model)
             _linearise(acting, state, model, work)
+            if event.beyond != 0.0:
+                trial, share, event = _first_size(acting, state, model, work, left), SMALLEST_SHARE, NO_SEARCH
+                continue
+        else:
+            event = NO_SEARCH
         trial = next_size(trial, error, ORDER, FASTEST_GROWTH)
         if trial < 0.1 * SHORTEST * h or is_hopeless(h - left, h, tried, MOST_SUBSTEPS):
             return False
@@ -104,6 +116,7 @@ def step(acting: Acting, state: Floats, model: Floats, work: Floats, h: float) -
 @kernel
 def _linearise(acting: Acting, state: Floats, model: Floats, work: Floats) -> None:
     """Jacobian and slope at the beginning of a sub-step."""
+    settle(acting, state, model)
     jacobian(acting, model, state, 0, False, work, _JACOBIAN)
     for c in range(UNKNOWNS):
         work[_Z + c] = 0.0
@@ -332,7 +345,7 @@ INTEGRATOR = Integrator(
     resisted=True,
     adaptive=True,
     text=(
-        "RODAS, a Rosenbrock method of order 4(3): L-stable, with error control inside each step. For stiff drag and "
-        "tethers; what `auto` takes when they are stiff."
+        "RODAS, a Rosenbrock method of order 4(3): L-stable, with error control inside each step. For stiff drag, "
+        "tethers and ground; what `auto` takes when they are stiff."
     ),
 )

@@ -5,13 +5,14 @@ The attitude is counted from the beginning of the sub-step by a rotation vector 
 """
 
 import math
+from typing import NamedTuple
 
 from ..kernels.arrays import Floats
 from ..kernels.compiled import kernel
 from ..kernels.model import MASS, MOMENTS, RTOL
-from ..kernels.motion import Acting, loads, rates_world
+from ..kernels.motion import Acting, body_attitude, loads_as_settled, motion, rates_of, rates_world
 from ..kernels.state import L, P, Q, X, add_compensated, add_to_attitude
-from ..kernels.tuples import Quat
+from ..kernels.tuples import Motion, Quat, Vec, plus, vec
 from ..kernels.vectors import cross, exponential_minus_one, qmultiply
 
 UNKNOWNS = 12
@@ -26,6 +27,90 @@ SMALLEST_SHARE = 1e-3
 SHORTEST = 1e-13
 ENOUGH_TO_TELL = 0.1  # of the most sub-steps: after those, their mean size says how many will be needed
 ROUND_OFF = 2.0**-50  # a few units in the last place
+JUST_PAST = 2.0  # by how many times what round-off may hide a sub-step goes past the event at which it ends
+
+
+class Search(NamedTuple):
+    """For the size of a sub-step that ends at an event: the one to try, and what is known of others.
+
+    ``before`` is a size that ends before it and ``beyond`` one that goes past it, 0 where none is known yet, with how
+    far they are off in ``short`` and ``over``. ``side`` says which of the two is newer.
+    """
+
+    size: float
+    before: float
+    short: float
+    beyond: float
+    over: float
+    side: float
+
+
+NO_SEARCH = Search(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+@kernel
+def settle(acting: Acting, state: Floats, model: Floats) -> None:
+    """Say which loads with events act in the sub-step that begins here."""
+    acting.settle(model, _motion_at(state, model))
+
+
+@kernel
+def _motion_at(state: Floats, model: Floats) -> Motion:
+    return motion(model, state, 0, Quat(state[Q], state[Q + 1], state[Q + 2], state[Q + 3]))
+
+
+@kernel
+def sought(acting: Acting, state: Floats, model: Floats, work: Floats, z: int, size: float, found: Search) -> Search:
+    """After a sub-step of that size with the increments work[z:]: it is to be accepted where ``size`` stays the same.
+
+    Past an event, it is done again to end there: to have passed it by what round-off cannot hide, and by little more.
+    """
+    end = _moved(state, model, work, z)  # under what actuators show of the last stage, which is at the end
+    acting.drive.show(model, 0.0)
+    begin = _motion_at(state, model)
+    by, peak = acting.passed(model, begin, end, size)
+    if found.beyond == 0.0:
+        if by <= 0.0:
+            return Search(peak * size, 0.0, 0.0, 0.0, 0.0, 0.0)
+        if by < JUST_PAST:
+            return _ends_at(size)
+        found = Search(size, 0.0, acting.passed(model, begin, begin, 0.0).by - JUST_PAST, 0.0, 0.0, 0.0)
+    return _narrowed(found, size, by - JUST_PAST)
+
+
+@kernel
+def _ends_at(size: float) -> Search:
+    """No better size is to be had."""
+    return Search(size, size, 0.0, size, 0.0, 0.0)
+
+
+@kernel
+def _narrowed(found: Search, size: float, off: float) -> Search:
+    """The next size to try, by the Illinois method (Dowell & Jarratt, BIT 11 (1971) 168), once one was off by that."""
+    before, short, beyond, over = found.before, found.short, found.beyond, found.over
+    if abs(off) < 0.5 * JUST_PAST or before == beyond > 0.0:
+        return _ends_at(size)
+    if off < 0.0:
+        before, short, over = size, off, 0.5 * over if found.side < 0.0 else over
+    else:
+        beyond, over, short = size, off, 0.5 * short if found.side > 0.0 else short
+    if beyond - before <= ROUND_OFF * beyond:
+        return _ends_at(beyond)
+    middle = before + (beyond - before) * short / (short - over)
+    if not before < middle < beyond:
+        middle = 0.5 * (before + beyond)
+    return Search(middle, before, short, beyond, over, off)
+
+
+@kernel
+def _moved(state: Floats, model: Floats, work: Floats, z: int) -> Motion:
+    """How the body moves after the increments work[z:z + 12]."""
+    dw, dx, dy, dz = exponential_minus_one(work[z + 3], work[z + 4], work[z + 5])
+    qw, qx, qy, qz = qmultiply(1.0 + dw, dx, dy, dz, state[Q], state[Q + 1], state[Q + 2], state[Q + 3])
+    q, m = Quat(qw, qx, qy, qz), model[MASS]
+    p, l = plus(vec(state, P), vec(work, z + 6)), plus(vec(state, L), vec(work, z + 9))
+    w = rates_of(model, q, l)
+    return Motion(body_attitude(model, q), plus(vec(state, X), vec(work, z)), Vec(p.x / m, p.y / m, p.z / m), w)
 
 
 @kernel
@@ -41,7 +126,7 @@ def slope(acting: Acting, state: Floats, model: Floats, work: Floats, z: int, y:
         work[y + L + i] = state[L + i] + work[z + 9 + i]
     q = Quat(qw, qx, qy, qz)
     w = rates_world(model, work, y, q)
-    load = loads(acting, model, work, y, q)
+    load = loads_as_settled(acting, model, work, y, q)
     for i in range(3):
         work[to + i] = work[y + P + i] / model[MASS]
     work[to + 3], work[to + 4], work[to + 5] = inverse_dexp(tx, ty, tz, w.x, w.y, w.z)

@@ -10,9 +10,20 @@ from .drive import Drive
 from .model import CARRIED, FORCE, MASS, N_CARRIED, Q_BODY_PRINCIPAL, rates_of_whole, rates_principal, to_body
 from .state import L, P, Q, X
 from .straight_line import straight_line
-from .tuples import Load, Motion, Quat, Vec, rotate_back, vec
+from .tuples import Load, Motion, Quat, Vec, crossed, rotate_back, vec
 from .vectors import cross, exponential_minus_one, qmultiply, qrotate, qrotate_back, unit_vector
 from .wrench import arm_torque, force_world, torque_principal
+
+
+class Passed(NamedTuple):
+    """By how much a sub-step went past the first event in it, and where in it another may begin and end.
+
+    ``by`` counts what round-off may hide: 0 or less where there was no event. ``peak``: the share of the sub-step after
+    which a load that did not act comes closest to acting, 1 where it stays away.
+    """
+
+    by: float
+    peak: float
 
 
 class Acting(NamedTuple):
@@ -25,6 +36,8 @@ class Acting(NamedTuple):
     add_jacobian: Callable[[Floats, Motion, bool, Floats, int], None]
     passes_kink: Callable[[Floats, Floats, Floats, int], bool]
     ringing: Callable[[Floats, Floats, float], float]
+    settle: Callable[[Floats, Motion], None]
+    passed: Callable[[Floats, Motion, Motion, float], Passed]
     advance: Callable[[Floats, float], None]
     drive: Drive
 
@@ -46,11 +59,17 @@ def body_attitude(model: Floats, q: Quat) -> Quat:
 
 
 @straight_line
-def rates_world(model: Floats, y: Floats, at: int, q: Quat) -> Vec:
-    """Angular velocity in the world: ω = R I₀⁻¹ (Rᵀ L − h)."""
-    wx, wy, wz = rates_of_whole(model, q.w, q.x, q.y, q.z, y[at + L], y[at + L + 1], y[at + L + 2])
+def rates_of(model: Floats, q: Quat, l_world: Vec) -> Vec:
+    """Angular velocity in the world from L: ω = R I₀⁻¹ (Rᵀ L − h)."""
+    wx, wy, wz = rates_of_whole(model, q.w, q.x, q.y, q.z, l_world.x, l_world.y, l_world.z)
     wx, wy, wz = qrotate(q.w, q.x, q.y, q.z, wx, wy, wz)
     return Vec(wx, wy, wz)
+
+
+@straight_line
+def rates_world(model: Floats, y: Floats, at: int, q: Quat) -> Vec:
+    """The same of the state at ``y[at]``."""
+    return rates_of(model, q, vec(y, at + L))
 
 
 @kernel
@@ -62,8 +81,27 @@ def motion(model: Floats, y: Floats, at: int, q: Quat) -> Motion:
 
 
 @kernel
+def mobility(model: Floats, q: Quat, arm: Vec, n: Vec) -> float:
+    """Acceleration of a body point along the unit vector n by a force of 1 N along it [1/kg]; world axes.
+
+    ``q`` is from the principal axes, ``arm`` from the centre of mass.
+    """
+    t = crossed(arm, n)
+    wx, wy, wz = rates_principal(model, q.w, q.x, q.y, q.z, t.x, t.y, t.z)
+    tx, ty, tz = qrotate_back(q.w, q.x, q.y, q.z, t.x, t.y, t.z)
+    return 1.0 / model[MASS] + tx * wx + ty * wy + tz * wz
+
+
+@kernel
 def loads(acting: Acting, model: Floats, y: Floats, at: int, q: Quat) -> Load:
     """Force and torque about the centre of mass, world axes, at the state y[at:at + 13] of unit attitude q."""
+    acting.settle(model, motion(model, y, at, q))
+    return loads_as_settled(acting, model, y, at, q)
+
+
+@kernel
+def loads_as_settled(acting: Acting, model: Floats, y: Floats, at: int, q: Quat) -> Load:
+    """The same with what acts and what does not as it was settled, so that it is smooth within a sub-step."""
     fx, fy, fz = force_world(model, q.w, q.x, q.y, q.z)
     tx, ty, tz = torque_principal(model, q.w, q.x, q.y, q.z)
     tx, ty, tz = qrotate(q.w, q.x, q.y, q.z, tx, ty, tz)
@@ -130,7 +168,8 @@ def jacobian(acting: Acting, model: Floats, y: Floats, at: int, taut: bool, out:
     """Exact Jacobian of (δx, b, δP, δL)' in world axes, 12 rows of 12 in out[o:o + 144], at the state y[at:].
 
     The attitude is counted as exp(b) q from the present one, so its own equation is b' = ω − ½ b × ω + ...; with
-    ω = A L − R I₀⁻¹ h and A = R I₀⁻¹ Rᵀ, ω changes by A δL + (A [L]× − [ω]×) b. ``taut``: slack tethers pull, too.
+    ω = A L − R I₀⁻¹ h and A = R I₀⁻¹ Rᵀ, ω changes by A δL + (A [L]× − [ω]×) b. ``taut``: slack tethers pull, too, and
+    a body rests on each contact.
     """
     for i in range(144):
         out[o + i] = 0.0

@@ -12,11 +12,11 @@ from .wrench import reduce_wrench
 def spectral_radius(acting: Acting, state: Floats, model: Floats) -> float:
     """Largest modulus [1/s] of the eigenvalues of the Jacobian at a flat state, with every tether counted as taut.
 
-    So a tether that is slack now, and will pull later, counts; quadratic drag counts at the present speed, and a spin
-    with its angular velocity. Infinite where an entry of the Jacobian is beyond the range of floats. ``model`` is that
-    which kernels.model lays out, ``state`` that of kernels.state. It is called when terms or state are changed from
-    outside, so the kernels run as plain Python: 0.2 ms each time, where compiling them would take each first start
-    most of a second.
+    So a tether that is slack now, and will pull later, counts, and a contact as one on which the body rests; quadratic
+    drag counts at the present speed, and a spin with its angular velocity. Infinite where an entry of the Jacobian is
+    beyond the range of floats. ``model`` is that which kernels.model lays out, ``state`` that of kernels.state. It is
+    called when terms or state are changed from outside, so the kernels run as plain Python: 0.2 ms each time, where
+    compiling them would take each first start most of a second.
     """
     numbers, matrix = python_floats(model.copy()), np.zeros(144)
     try:

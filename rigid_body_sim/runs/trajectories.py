@@ -61,7 +61,7 @@ class Trajectories(States):
 
     @cached_property
     def potential_energy(self) -> Floats:
-        """Potential energy [J] in gravity, constant forces and tethers, shape (k, n)."""
+        """Potential energy [J] in gravity, constant forces, tethers and contacts, shape (k, n)."""
         return self._energies("potential_energy")
 
     def _energies(self, name: str) -> Floats:

@@ -133,7 +133,7 @@ class Trajectory(States):
 
     @cached_property
     def potential_energy(self) -> Floats:
-        """Potential energy [J] in gravity, constant forces and tethers, shape (n,); see theory.invariants."""
+        """Potential energy [J] in gravity, constant forces, tethers and contacts, shape (n,); see theory.invariants."""
         return _kept(invariants.potential_energy(self._terms, self))
 
     def to_pandas(self) -> Any:

@@ -5,6 +5,7 @@ import os
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -43,6 +44,7 @@ class Frame:
 
 
 MOST_STEPS_PER_PUBLISH = 1e9
+MOST_NAMED = 3  # parameters that do not go together, in a message
 DEFAULT_NODE = "/rigid_body_node"
 _log = logging.getLogger("rigid_body_sim")
 
@@ -74,7 +76,7 @@ class Scene:
         self.notes = (*source.notes, *self._notes_of_time())
         self.steps_per_publish = self._steps_per_publish()
         self.frames = self._frames()
-        self.body()
+        self.terms()
         self.initial_state()
 
     def _notes_of_time(self) -> Iterator[str]:
@@ -131,7 +133,15 @@ class Scene:
 
     def effect(self, name: str) -> Any:
         """What is described of the effect of that name in the registry; of those that may be many all, by name."""
-        return REGISTRY[name].read(self.values, schema.members(name, self.values))
+        try:
+            return REGISTRY[name].read(self.values, partial(schema.members, names=self.values))
+        except ValueError as reason:
+            if str(reason).startswith("parameter "):
+                raise
+            groups = (name, *REGISTRY[name].groups)
+            given = [schema.shown_name(one) for one in self._given if one.split(".")[0] in groups]
+            more = f" and {len(given) - MOST_NAMED} more" if len(given) > MOST_NAMED else ""
+            raise ValueError(f"parameter {', '.join(given[:MOST_NAMED])}{more}: {reason}") from None
 
     def _steps_per_publish(self) -> int:
         rate, publish_rate = self["rate"], self["publish_rate"]

@@ -38,7 +38,7 @@ def choose(turned: bool, stiffness: float | None) -> str:
     closed form it is the cheapest of the others.
 
     ``turned``: a torque may act, or a force that turns with the body. ``stiffness``: spectral radius of the Jacobian
-    times the step where drag or tethers act, else None.
+    times the step where loads act, else None.
     """
     if stiffness is not None:
         return "rosenbrock" if stiffness > STIFF else "dop853"

@@ -63,20 +63,23 @@ def replaced(one, **fields):
 def test_it_is_of_one_kind_and_its_parameters_make_it(effect):
     """Each field of what users write has one parameter, below the effect's name."""
     assert sum(isinstance(effect, kind) for kind in (SeriesEffect, LoadEffect, DriveEffect)) == 1
-    begin = f"{effect.name}.<name>." if effect.many else f"{effect.name}."
-    own = [parameter for parameter in effect.parameters if parameter.name != effect.order]
-    rows = {parameter.name.removeprefix(begin): parameter for parameter in own}
-    assert set(rows) == set(fields_of(effect)) and set(effect.world) <= set(rows)
-    assert all(parameter.name.startswith(begin) and parameter.text for parameter in own)
+    assert set(effect.fields) == set(fields_of(effect)) and set(effect.world) <= set(effect.fields)
+    for field, name in effect.fields.items():
+        begin = f"{field}.<name>." if field in effect.groups else f"{effect.name}." + "<name>." * effect.many
+        assert name.startswith(begin) and name.count(".") == begin.count(".")
+    assert all(parameter.text for parameter in effect.parameters)
     assert set(effect.parameters) <= set(schema.TABLE)
 
 
 @EFFECTS
 def test_scene_makes_what_its_parameters_say(effect):
     """So that YAML file, node and Simulation mean the same."""
-    place = f"{effect.name}.one" if effect.many else effect.name
-    order = {effect.order: ["one"]} if effect.order else {}
-    scene = Scene({**order, **{f"{place}.{field}": getattr(effect.example, field) for field in fields_of(effect)}})
+    values = {effect.order: ["one"]} if effect.order else {}
+    for field, name in effect.fields.items():
+        value = getattr(effect.example, field)
+        each = enumerate(value) if field in effect.groups else [("one", value)]
+        values.update({name.replace("<name>", str(member)): part for member, part in each})
+    scene = Scene(values)
     assert scene.effect(effect.name) == effect.present
     assert Scene().effect(effect.name) == effect.absent
     assert Simulation.from_scene(scene).terms.acting[effect.name] == (effect.example,)
@@ -125,7 +128,7 @@ def test_what_is_not_there_costs_nothing(effect):
 def size_of(effect):
     """Numbers of the example in the model."""
     if isinstance(effect, LoadEffect):
-        return effect.size
+        return effect.row(effect.example, BODY).size
     if isinstance(effect, DriveEffect):
         return len(effect.row((effect.example,), BODY))
     return 7 * len(list(effect.levers(effect.example, BODY)))
@@ -171,7 +174,8 @@ def test_energy_is_kept_or_taken_out_as_stated(effect):
     exchanged = np.ptp(kinetic)
     assert exchanged > 0.1
     if effect.dissipates:
-        assert (np.diff(energies) < 0.0).all()
+        assert np.diff(energies).max() < 1e-12 * exchanged  # measured 2e-16, of a body in the air between two contacts
+        assert energies[-1] < energies[0] - 0.1 * exchanged
     else:
         assert effect.energy is not None
         assert np.ptp(energies) < 1e-7 * exchanged
@@ -204,6 +208,7 @@ def test_jacobian_of_a_load_is_its_derivative(effect):
         substep.slope(terms.kernels, y, model, work, 0, 12, 25)
         return work[25:].copy()
 
+    substep.settle(terms.kernels, y, model)
     motion.jacobian(terms.kernels, model, y, 0, False, matrix, 0)
     steps = h * np.eye(12)
     differences = [(8 * (slope(d) - slope(-d)) - slope(2 * d) + slope(-2 * d)) / (12 * h) for d in steps]
@@ -239,5 +244,7 @@ def test_kernels_of_a_set_of_loads_are_made_once():
 
 
 def test_effect_that_is_not_known_is_named():
-    with pytest.raises(TypeError, match=r"drga: not a term; there are gravity, rtol, drag, tethers, forces, actuators"):
+    with pytest.raises(
+        TypeError, match=r"not a term; there are gravity, rtol, drag, tethers, forces, ground, actuators"
+    ):
         Simulation(BODY, drga=1.0)

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from rigid_body_sim import Body, Drag, Tether, Wrench
+from rigid_body_sim import Body, Drag, Ground, Tether, Wrench
+from rigid_body_sim.effects import ground as of_ground
 from rigid_body_sim.effects import tether
 from rigid_body_sim.kernels import model as layout
 from rigid_body_sim.kernels import wrench as wrench_kernels
@@ -106,7 +107,8 @@ def test_everything_given_has_a_place_of_its_own_in_the_model():
     drag = Drag((1, 2, 3), (4, 5, 6), (7, 8, 9), (10, 11, 12))
     tethers = [Tether((k, 2, 3), (4, 5, 6), 7.0, 8.0, 9.0) for k in range(3)]
     wrench = WRENCHES["everything"][0]
-    model = Terms(BODY, GRAVITY, rtol=1e-7, drag=drag, tethers=tethers, forces=PARALLEL).model(wrench)
+    ground = Ground(stiffness=1e4, contacts=((1, 2, 3), (4, 5, 6)))
+    model = Terms(BODY, GRAVITY, rtol=1e-7, drag=drag, tethers=tethers, forces=PARALLEL, ground=ground).model(wrench)
     acting = [*wrench.points, *(one for one in PARALLEL if any(one[1]))]
     x, y, z = BODY.principal_moments
     given = {
@@ -122,15 +124,16 @@ def test_everything_given_has_a_place_of_its_own_in_the_model():
         layout.MOST_MOMENTUM: layout.FASTEST * BODY.mass,
         layout.SAFE_ANGULAR_MOMENTUM: layout.FASTEST * min(x, y, z) / (1.0 + math.hypot(*BODY.center_of_mass)),
         layout.LEVERS: [(*point, *force, 1.0) for point, force in acting],
-        len(model) - 42: drag.values,
-        len(model) - 30: [tether.EFFECT.row(one, BODY) for one in tethers],
+        len(model) - 66: drag.values,
+        len(model) - 54: [tether.EFFECT.row(one, BODY) for one in tethers],
+        len(model) - 24: of_ground.EFFECT.row(ground, BODY),
     }
     for at, values in given.items():
         assert model[at : at + np.size(values)].tolist() == np.ravel(values).tolist(), at
     assert sum(map(np.size, given.values())) == len(model) - (layout.LEVERS - layout.LOADS), "given places overlap"
-    # drag and tethers: how many, where, and where their memory would be; it is empty, and there are no actuators
-    loads = 1, len(model) - 42, len(model), 3, len(model) - 30, len(model)
-    assert tuple(model[layout.LOADS : layout.LOADS + 6]) == loads
+    # drag, tethers and contacts: how many, where, and where their memory would be; it is empty, and no actuators are
+    loads = 1, len(model) - 66, len(model), 3, len(model) - 54, len(model), 2, len(model) - 24, len(model)
+    assert tuple(model[layout.LOADS : layout.LOADS + 9]) == loads
     assert model[layout.MEMORY] == len(model) and model[layout.DRIVE] == 0.0
 
 

@@ -29,7 +29,9 @@ def test_default_obeys_the_rules_of_its_own_parameter(parameter):
 
 @over_the_table
 def test_numbers_with_a_dimension_say_their_unit(parameter):
-    dimensionless = ".orientation." in parameter.name or parameter.name.endswith(("rtol", "factor", ".axis"))
+    dimensionless = ".orientation." in parameter.name or parameter.name.endswith(
+        ("rtol", "factor", "normal", "friction", ".axis")
+    )
     assert bool(parameter.unit) == (parameter.type in (float, tuple) and not dimensionless)
 
 
@@ -157,13 +159,14 @@ def test_frame_named_once_has_all_its_parameters():
 def test_member_of_a_group_has_all_its_parameters(group):
     own = [p for p in schema.TABLE if p.name.startswith(f"{group}.<name>.")]
     given_values = {p.name.replace("<name>", "mast"): p.default for p in own if p.required or p is own[0]}
-    scene = Scene(given_values)
+    needed = {"contacts": {"ground.stiffness": 1e4}, "actuators": {"actuators.names": ["mast"]}}
+    scene = Scene({**given_values, **needed.get(group, {})})
     assert schema.members(group, scene.values) == ["mast"]
     assert {p.name.replace("<name>", "mast"): p.default for p in own}.items() <= scene.values.items()
 
 
 def test_groups_are_those_of_the_table():
-    assert schema.GROUPS == ("tethers", "forces", "actuators", "frames")
+    assert schema.GROUPS == ("tethers", "forces", "contacts", "actuators", "frames")
 
 
 STEPS = schema.BY_NAME["steps_per_command"]
@@ -201,6 +204,7 @@ def test_dynamic_are_those_of_the_body_what_acts_limits_and_pace():
     assert {p.name for p in schema.TABLE if p.dynamic} == {
         *("body.mass", "body.inertia", "gravity", "wrench.max_force", "wrench.max_torque", "real_time_factor"),
         *(f"drag.{kind}" for kind in ("linear", "quadratic", "angular_linear", "angular_quadratic")),
+        *(f"ground.{kind}" for kind in ("height", "normal", "stiffness", "damping", "friction", "slip_speed")),
         *(f"actuators.<name>.{limit}" for limit in ("min", "max")),
         *(
             f"tethers.<name>.{last}"
