@@ -8,7 +8,7 @@ from typing import Any
 
 from .. import integrators
 from .section import Block, Heading, Measurement, Paragraph, Result, Results, Settings, Table, finished
-from .stability import actuator, controller, damping, long_run, maps, matrix, plots, step_size, tether, turning
+from .stability import actuator, controller, damping, ground, long_run, maps, matrix, plots, step_size, tether, turning
 from .stability.outcome import ACCURATE, Outcome
 
 AUTO = integrators.AUTO
@@ -18,6 +18,8 @@ MAPS: dict[str, Callable[[bool], maps.Map[Any]]] = {
     "damping": damping.build,
     "tether_damped": functools.partial(tether.build, damped=True),
     "tether_undamped": functools.partial(tether.build, damped=False),
+    "ground_stiffness": ground.bounce,
+    "ground_friction": ground.slide,
     "controller": controller.build,
     "actuator": actuator.build,
     "step_size": step_size.build,

@@ -7,7 +7,17 @@ import pytest
 
 from bench.reference import make_turning
 from rigid_body_sim import Simulation, State
-from rigid_body_sim.report.stability import actuator, controller, damping, free, long_run, step_size, tether, turning
+from rigid_body_sim.report.stability import (
+    actuator,
+    controller,
+    damping,
+    free,
+    ground,
+    long_run,
+    step_size,
+    tether,
+    turning,
+)
 from rigid_body_sim.report.stability.outcome import largest_error
 from rigid_body_sim.values import rotation
 
@@ -35,6 +45,20 @@ def test_closed_form_of_lagging_thrusters(integrator, lag):
 @pytest.mark.parametrize("ratio", [0.0, 0.5])
 def test_closed_form_of_a_tether(integrator, ratio):
     assert error_of(tether.case(100.0, 0.001, ratio), integrator) < 3e-13  # measured at most 4.1e-14
+
+
+@pytest.mark.parametrize("integrator", ["dop853", "rosenbrock"])
+@pytest.mark.parametrize("frequency", [10.0, 100.0])
+def test_closed_form_of_a_bounce(integrator, frequency):
+    """Still in the ground at the end, and out of it."""
+    assert error_of(ground.bouncing(frequency, 0.001), integrator) < 2e-13  # measured at most 2.0e-14
+
+
+@pytest.mark.parametrize("integrator", ["dop853", "rosenbrock"])
+@pytest.mark.parametrize("slip_speed", [0.5, 0.1])
+def test_closed_form_of_a_slide(integrator, slip_speed):
+    """Also where it creeps from half of its speed on, and for most of the way."""
+    assert error_of(ground.sliding(slip_speed, 0.001), integrator) < 2e-12  # measured at most 1.6e-13
 
 
 def test_closed_form_of_free_rotation_needs_no_short_step():
