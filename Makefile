@@ -56,6 +56,7 @@ bench: $(READY) ## measure what a step costs
 	@$(VENV)/bin/python -m bench.step_cost
 	@$(VENV)/bin/python -m bench.plan_cost
 	@$(VENV)/bin/python -m bench.stiff_cost
+	@$(VENV)/bin/python -m bench.actuator_cost
 
 # asv describes a machine once, in the home folder, and compares only what one machine has measured.
 bench-history: $(ASV)/.ready ## measure COMMITS=OLD..NEW, else the last one, with asv, and write pages of all (QUICK=1: each once)

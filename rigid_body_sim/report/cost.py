@@ -35,9 +35,9 @@ def seconds(work: Callable[[], object]) -> float:
 
 def calls_of(simulation: Simulation) -> Callable[[int], object]:
     """The kernel that the plan calls, for a number of steps, on a state of its own."""
-    model = simulation.terms.model(simulation.wrench)
-    state, work = flatten(simulation.state, model), np.zeros(simulation.integrator.work_size)
     h = 1.0 / simulation.rate
+    model = simulation.terms.model(simulation.wrench, simulation.terms.memory(h))
+    state, work = flatten(simulation.state, model), np.zeros(simulation.integrator.work_size)
     steps = integrators.steps_of(simulation.integrator, simulation.terms.kernels)
     kernel = compiled.ready(steps, state, model, work, h, 1)
     return lambda count: kernel(state, model, work, h, count)
