@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from .kernels import compiled
 from .kernels import state as flat
-from .kernels.arrays import Floats, Integers
+from .kernels.arrays import Floats, Integers, zeros_on_a_line
 from .kernels.model import MEMORY
 from .terms import Terms
 from .values import rotation
@@ -111,7 +111,8 @@ def of_terms(terms: list[Terms], h: float) -> Bodies:
     kept = {id(one): one for one in terms}
     memories = {key: one.memory(h) for key, one in kept.items()}
     made = {key: one.model(Wrench(), memories[key]) for key, one in kept.items()}
-    models = np.zeros((len(terms), max(map(len, made.values()))))
+    width = -(-max(map(len, made.values())) // 8) * 8
+    models = zeros_on_a_line(len(terms) * width).reshape(-1, width)
     for row, one in zip(models, terms, strict=True):
         row[: len(made[id(one)])] = made[id(one)]
     return Bodies(terms, models, models.copy() if any(map(len, memories.values())) else models[:0])

@@ -9,7 +9,7 @@ import numpy as np
 
 from .effects import REGISTRY
 from .effects.base import DriveEffect, Lever, LoadEffect, SeriesEffect, together
-from .kernels.arrays import Floats, Vector, python_floats
+from .kernels.arrays import Floats, Vector, python_floats, zeros_on_a_line
 from .kernels.drive import NO_DRIVE
 from .kernels.model import (
     CENTER_OF_MASS,
@@ -167,7 +167,10 @@ class Terms:
         """The kernels' view of all this, a held wrench, and what goes on from step to step: see kernels.model."""
         levers = [*(Lever(*point) for point in wrench.points), *self.levers]
         rows = [number for arm, vector, is_force in levers for number in (*arm, *vector, float(is_force))]
-        model = np.concatenate((self._header, rows, *self._load_rows.values(), self._drive_row, memory))
+        loads = [*self._load_rows.values()]
+        filling = np.zeros(-(LEVERS + len(rows) + sum(map(len, loads))) % 8 if self._drive else 0)
+        parts = self._header, rows, *loads, filling, self._drive_row, memory
+        model = np.concatenate(parts, out=zeros_on_a_line(sum(map(len, parts))))
         model[WRENCH : WRENCH + 12] = wrench.values
         model[N_LEVERS] = len(levers)
         at, end = LEVERS + len(rows), len(model)
@@ -181,7 +184,7 @@ class Terms:
             at += size
         write_arms(model)
         if self._drive and len(memory):
-            model[DRIVE] = at
+            model[DRIVE] = at + len(filling)
             self._drive.drive.settle(python_floats(model))
         return model
 

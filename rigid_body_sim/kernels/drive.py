@@ -10,7 +10,7 @@ Between two of them everything is smooth. Levels, targets, momenta of wheels and
 the end of the model (see kernels.model): they go on from step to step.
 
 What there is once for each actuator is a list, and lists are filled up to a multiple of four with actuators that do
-nothing: a kernel takes four at a time.
+nothing: a kernel takes four at a time. Rows of eight begin with a line of the cache, where Terms.model puts them.
 """
 
 import math
@@ -34,7 +34,7 @@ FASTEST = 4  # λ of the fastest slot in which something changes [1/s]; 0 where 
 GAINS_FOR = 5  # the time for which the list of gains holds
 HELD = 6  # reduced wrench without them: force 3, torque 3, and ONLY_WORLD_TORQUE
 RAMP = 16  # growth of the internal momentum [N m], 4
-VALUE = 20  # force, torque, internal momentum now: rows (x, y, z, x) in principal axes, 12
+VALUE = 24  # force, torque, internal momentum now: rows (x, y, z, x) in principal axes, 12
 LISTS = (
     32  # where these begin: time constants [s]; 1 where there is one, else 0; gains; momentum of a wheel at top speed
 )
@@ -46,7 +46,7 @@ LINEAR, SQUARE, MOMENTUM, AXIS, SIZE = 0, 8, 16, 20, 24
 # Then the slots: λ [1/s]; the factor of the order that a series has come to; above 0 where something changes; what
 # changes, 12; then two lists: 1 for those in whose change it is linear, and for those where it is the square. After the
 # slots the lists that are KEPT, as they were at the beginning of a step.
-FACTOR, ACTIVE, CHANGE, SHARES = 1, 2, 4, 16
+FACTOR, ACTIVE, CHANGE, SHARES = 1, 2, 8, 24
 
 # Lists of the memory; the first KEPT of them a step that cannot be done gets back.
 COMMANDS, ARRIVING, TARGETS, LEVELS, LEVELS_LOW, SPINS, SPINS_LOW, LINE_AT = 0, 1, 2, 3, 4, 5, 6, 7
@@ -427,15 +427,16 @@ def is_expanded(model: Floats) -> bool:
 
 
 MORE_ORDERS = 4  # of a series, that are added at once
+STRIDE = 16  # from one order to the next, of which twelve are used
 
 
 @kernel
 def expand(model: Floats, rows: Floats, to: int, h: float) -> None:
     """The first eight orders of the series of force, torque and internal momentum, in time by h [s].
 
-    Twelve numbers an order, from rows[to + 12 k] on.
+    Twelve numbers an order, from rows[to + STRIDE k] on.
     """
-    _begin_orders(model, rows, to + 12, int(model[DRIVE]), h)
+    _begin_orders(model, rows, to + STRIDE, int(model[DRIVE]), h)
     first, end, size = _slots(model)
     for s in range(first, end, size):
         model[s + FACTOR] = 1.0
@@ -446,7 +447,7 @@ def expand(model: Floats, rows: Floats, to: int, h: float) -> None:
 @kernel
 def expand_more(model: Floats, rows: Floats, to: int, h: float, first: int) -> None:
     """Four more, from order ``first`` on, one more than it has come to."""
-    _clear_orders(rows, to + 12 * first, MORE_ORDERS)
+    _clear_orders(rows, to + STRIDE * first)
     begin, end, size = _slots(model)
     for s in range(begin, end, size):
         _add_orders(model, rows, to, s, h, first)
@@ -459,14 +460,14 @@ def _begin_orders(model: Floats, rows: Floats, to: int, d: int, h: float) -> Non
 
 
 @straight_line
-def _clear_orders(rows: Floats, to: int, orders: int) -> None:
+def _clear_orders(rows: Floats, to: int) -> None:
     clear_orders(rows, to, MORE_ORDERS)
 
 
 def clear_orders(rows: Any, to: Any, orders: int) -> None:
     """Set as many orders to zero."""
-    for at in range(0, 12 * orders, 4):
-        set_row(rows, to + at, np.zeros(4))
+    for at in range(0, STRIDE * orders, 8):
+        set_row(rows, to + at, np.zeros(8))
 
 
 @straight_line
@@ -477,7 +478,7 @@ def _add_orders(model: Floats, rows: Floats, to: int, s: int, h: float, first: i
     for more in range(MORE_ORDERS):
         k = first + more
         factor = factor * (rate / k)
-        at = to + 12 * k
+        at = to + STRIDE * k
         set_row(rows, at, row(rows, at, 8) + factor * wrench)
         set_row(rows, at + 8, row(rows, at + 8, 4) + factor * inside)
     model[s + FACTOR] = factor

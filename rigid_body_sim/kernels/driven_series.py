@@ -13,6 +13,7 @@ import numpy as np
 
 from .arrays import Floats
 from .compiled import kernel
+from .drive import STRIDE as STRIDE_OF_DRIVE
 from .drive import expand, expand_more, fastest
 from .model import FORCE, INTERNAL, INTERNAL_SLOPE, INVERSE, MOMENT_ROW
 from .row_vectors import crossed, rotated_back
@@ -80,7 +81,7 @@ class Driven(Equations):
     def next(self, k: Any, middle: Sequence[Row], newest: Order, oldest: Order, careful: bool = False) -> Order:
         share = 1.0 / (k + 1)
         gained, *others = carried_on(2.0 * share, middle, newest, oldest)
-        torque = row(self._work, DRIVEN + 4 + 12 * k, 4)
+        torque = row(self._work, DRIVEN + 4 + STRIDE_OF_DRIVE * k, 4)
         for i, b in enumerate(newest.carried[1:]):
             torque = torque + times(arm_rows(self.model, i), b)
         gained = gained + (share * self.scale) * torque
@@ -88,7 +89,7 @@ class Driven(Equations):
 
     def _order(self, k: Any, q: Row, carried: Sequence[Row], careful: bool) -> Order:
         """Of ω = I₀⁻¹ (ℓ − h); see Equations on care."""
-        inside, whole = self._half * row(self._work, DRIVEN + 8 + 12 * k, 4), carried[0]
+        inside, whole = self._half * row(self._work, DRIVEN + 8 + STRIDE_OF_DRIVE * k, 4), carried[0]
         if careful:
             moments = row(self.model, MOMENT_ROW, 4)
             return Order(q, (whole - inside) / moments, carried, whole / moments)
@@ -160,7 +161,7 @@ def short_impulse(order: int) -> Callable[[Floats, Floats], None]:
         power = np.ones(len(times))
         for k in range(1, order + 1):
             power = power * times
-            force = [one + power * work[DRIVEN + 12 * k + n] for n, one in enumerate(force)]
+            force = [one + power * work[DRIVEN + STRIDE_OF_DRIVE * k + n] for n, one in enumerate(force)]
             if k <= order - 2:
                 turn = [one + power * work[TERMS + k * STRIDE + TERM + n] for n, one in enumerate(turn)]
         keep_impulse(work, _impulse(model, turn, force, weights, second_weights))
@@ -177,7 +178,7 @@ def set_impulse(work: Floats, model: Floats, order: int, f: float) -> None:
     def add_term(i: Any, *sums: Row) -> tuple[Row, ...]:
         k = top - i
         turn = [then * (one + work[TERMS + k * STRIDE + TERM + n]) for n, one in enumerate(sums[:4])]
-        return *turn, *(then * (one + work[DRIVEN + 12 * k + n]) for n, one in enumerate(sums[4:]))
+        return *turn, *(then * (one + work[DRIVEN + STRIDE_OF_DRIVE * k + n]) for n, one in enumerate(sums[4:]))
 
     sums = repeated(1, top, tuple(np.zeros(8) for _ in range(7)), add_term)
     keep_impulse(work, _impulse(model, sums[:4], sums[4:], weights, second_weights))

@@ -44,8 +44,8 @@ HALF = SCALE + 1  # ½ h
 TERMS = IMPULSE + 12
 TERM, RIGHT, LEFT = 0, 8, 24  # of each order: q and what is gained; right; left, those of the carried vectors last
 STRIDE = LEFT + 16 + 8 * (MOST_CARRIED + 1)  # from one order to the next: no power of two, which would be slow
-DRIVEN = TERMS + (HIGHEST_ORDER + 1) * STRIDE  # of each order what actuators do: force, torque, internal momentum, 12
-WHOLE = DRIVEN + 12 * (HIGHEST_ORDER + 1)  # Rᵀ L with what spins inside, 4
+DRIVEN = TERMS + (HIGHEST_ORDER + 1) * STRIDE  # of each order what actuators do: see drive.expand, 16
+WHOLE = DRIVEN + 16 * (HIGHEST_ORDER + 1)  # Rᵀ L with what spins inside, 4
 SIZE = WHOLE + 4
 NARROW = 8  # up to this order rows of four are multiplied, which is quicker for few of them
 
