@@ -35,9 +35,7 @@ GAINS_FOR = 5  # the time for which the list of gains holds
 HELD = 6  # reduced wrench without them: force 3, torque 3, and ONLY_WORLD_TORQUE
 RAMP = 16  # growth of the internal momentum [N m], 4
 VALUE = 24  # force, torque, internal momentum now: rows (x, y, z, x) in principal axes, 12
-LISTS = (
-    32  # where these begin: time constants [s]; 1 where there is one, else 0; gains; momentum of a wheel at top speed
-)
+LISTS = 40  # time constants [s]; 1 where there is one, else 0; gains; momentum of a wheel at top speed [N m s]
 TIME_CONSTANTS, LAGGING, GAINS, MOST_SPINS = 0, 1, 2, 3
 N_LISTS = 4
 # After the lists, of each: force and torque by level, 8, and by its square, 8; internal momentum by level, 4; the axis
