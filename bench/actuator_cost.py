@@ -56,8 +56,7 @@ def wrench(speeds: Sequence[float]) -> Wrench:
 
 def cost(lag: float | None, every: int) -> float:
     """A step [ns] with rotors of that lag [s], or under wrenches for None."""
-    options = {} if lag is None else {"actuators": rotors(lag)}
-    simulation = Simulation(BODY, gravity=(0.0, 0.0, -9.80665), **options)
+    simulation = Simulation(BODY, gravity=(0.0, 0.0, -9.80665), actuators=() if lag is None else rotors(lag))
     commands = HOVER + np.random.default_rng(1).uniform(-8.0, 8.0, (COMMANDS, 4))
     command: Callable[[Sequence[float]], None] = (
         simulation.set_actuators if lag is not None else lambda speeds: simulation.set_wrench(wrench(speeds))

@@ -6,7 +6,9 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:  # what type checkers see of _HOMES; a test compares the two
     from .actuation import ActuatorState as ActuatorState
     from .effects.actuators import Actuator as Actuator
+    from .effects.added_mass import AddedMass as AddedMass
     from .effects.drag import Drag as Drag
+    from .effects.fluid import Fluid as Fluid
     from .effects.ground import Contact as Contact
     from .effects.ground import Ground as Ground
     from .effects.tether import Tether as Tether
@@ -30,11 +32,13 @@ __version__ = "0.1.0"
 _HOMES = {  # of each public name
     "Actuator": "effects.actuators",
     "ActuatorState": "actuation",
+    "AddedMass": "effects.added_mass",
     "Body": "values.body",
     "BodyState": "values.state",
     "Contact": "effects.ground",
     "Drag": "effects.drag",
     "Ensemble": "ensemble",
+    "Fluid": "effects.fluid",
     "Ground": "effects.ground",
     "Scene": "scene.loader",
     "Simulation": "simulation",

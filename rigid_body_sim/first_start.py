@@ -20,7 +20,7 @@ import numpy as np
 
 from . import integrators
 from .effects import REGISTRY
-from .effects.base import LoadEffect
+from .effects.base import KernelEffect, MediumEffect
 from .kernels import compiled
 from .kernels import state as flat
 from .kernels.acceleration import acceleration_reader
@@ -73,17 +73,21 @@ def of_parameters(given: Mapping[str, Any]) -> tuple[list[Request], list[Request
 
 
 def _reached_by_setting(terms: Terms) -> Iterator[Terms]:
-    """Terms in which one dynamic effect comes or goes: none is added to those with names, and some always act."""
+    """Terms in which one dynamic effect comes or goes: none is added to those with names, and some always act.
+
+    A medium has no kernel but of what cannot be set.
+    """
     for effect in REGISTRY.values():
         acts = bool(terms.acting[effect.name])
         is_there = bool(terms.given[effect.name]) if effect.many else not effect.groups
-        if effect.dynamic and is_there and not (acts and effect.acts(effect.zero)):
+        comes_and_goes = is_there and not isinstance(effect, MediumEffect)
+        if effect.dynamic and comes_and_goes and not (acts and effect.acts(effect.zero)):
             yield terms.changed(**{effect.name: effect.absent if acts else effect.present})
 
 
 def everything() -> list[Request]:
     """What any scene needs in which at most two kinds of load act, or all: every integrator, every reader."""
-    loads = [name for name, effect in REGISTRY.items() if isinstance(effect, LoadEffect)]
+    loads = [name for name, effect in REGISTRY.items() if isinstance(effect, KernelEffect)]
     chosen = {one for count in (0, 1, 2, len(loads)) for one in itertools.combinations(loads, count)}
     all_terms = [Terms(_BODY, **{name: REGISTRY[name].present for name in names}) for names in sorted(chosen)]
     requests = [Request(flat.read_pose, (np.zeros(flat.SIZE), np.zeros(1)))]

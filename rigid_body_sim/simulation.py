@@ -12,6 +12,7 @@ from . import integrators, sentences
 from .actuation import Actuation, ActuatorState
 from .effects.actuators import Actuator
 from .effects.drag import Drag
+from .effects.fluid import Fluid
 from .effects.ground import Contact, Ground, contacts_at
 from .effects.tether import Tether
 from .held import Held, earlier, steps_held
@@ -20,6 +21,7 @@ from .kernels import compiled
 from .kernels import state as flat
 from .kernels.acceleration import acceleration_reader
 from .kernels.arrays import Floats, Vector, python_floats
+from .kernels.impulse import add_impulse
 from .kernels.model import FASTEST, INSIDE, MEMORY, WRENCH
 from .kernels.state import SIZE
 from .rate import Rate
@@ -75,7 +77,8 @@ class Simulation:
         What acts besides, by its name in ``rigid_body_sim.effects.REGISTRY``: ``drag`` (a Drag), ``tethers`` (several
         Tether), ``forces`` (several (point, force): forces [N] in world axes that always act, each at a body-fixed
         point [m] given from the body frame's origin in body axes: buoyancy, say), ``ground`` (a Ground), ``actuators``
-        (several Actuator).
+        (several Actuator), ``fluid`` (a Fluid, which flows past and acts by drag and added mass alone), ``added_mass``
+        (an AddedMass, or its 6 or 21 numbers).
 
     Raises
     ------
@@ -151,6 +154,12 @@ class Simulation:
         """The drag that acts."""
         drag: Drag = self.terms.given["drag"]
         return drag
+
+    @property
+    def fluid(self) -> Fluid:
+        """The fluid around, which may flow."""
+        fluid: Fluid = self.terms.given["fluid"]
+        return fluid
 
     @property
     def tethers(self) -> tuple[Tether, ...]:
@@ -272,9 +281,15 @@ class Simulation:
 
         Pose and velocities of the body frame stay, and so do the held wrenches and the time; another body has another
         momentum. Raises ValueError, and changes nothing, as the constructor does, and TypeError for any other name.
-        An integrator that was not needed before is made ready here, which compiles it when it never was.
+        An integrator that was not needed before is made ready here, which compiles it when it never was. Where only the
+        fluid's velocity changes, the plan stays, and it takes no longer than a wrench.
         """
-        new = self._stepping.changed(self.terms.changed(**terms))
+        changed = self.terms.changed(**terms)
+        if changed.is_another_flow(self.terms, terms):
+            self._stepping.terms = changed
+            changed.write_media(self._model)
+            return
+        new = self._stepping.changed(changed)
         memory = new.terms.memory(self._h, self.terms, self._memory)
         actuation, state = self._actuation.of(new.terms.given["actuators"]), self._state
         if new.terms.body != self.body:
@@ -292,7 +307,8 @@ class Simulation:
         ValueError, and changes nothing, when the motion that follows would not be finite.
         """
         struck = self._state.copy()
-        flat.add_impulse(python_floats(struck), python_floats(Terms(self.body).model(impulse)))
+        bare = self.terms.bare
+        add_impulse(bare.kernels, python_floats(struck), python_floats(bare.model(impulse)))
         if not (np.isfinite(struck).all() and is_slow_enough(self._motion_kernel(struck, self._model))):
             raise ValueError(f"impulse {impulse!r} refused: the motion that follows is not finite; give a smaller one")
         self._state[:] = struck
@@ -398,8 +414,8 @@ class Simulation:
 
     @property
     def kinetic_energy(self) -> float:
-        """½ m v·v + ½ ω·I ω [J], with v the velocity of the centre of mass."""
-        return float(invariants.kinetic_energy(self.body, self.state))
+        """½ m v·v + ½ ω·I ω [J], with v the velocity of the centre of mass; and what added mass adds to it."""
+        return float(invariants.energy_of_motion(self.terms, self.state))
 
     @property
     def potential_energy(self) -> float:

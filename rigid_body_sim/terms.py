@@ -1,6 +1,7 @@
 """What the equations of motion are made of, the held wrench apart: a body, gravity, and the effects that act on it."""
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import cached_property, partial
 from typing import Any
@@ -8,7 +9,15 @@ from typing import Any
 import numpy as np
 
 from .effects import REGISTRY
-from .effects.base import DriveEffect, Lever, LoadEffect, SeriesEffect, together
+from .effects.base import (
+    DriveEffect,
+    KernelEffect,
+    Lever,
+    MediumEffect,
+    SeriesEffect,
+    TransformEffect,
+    together,
+)
 from .kernels.arrays import Floats, Vector, python_floats, zeros_on_a_line
 from .kernels.drive import NO_DRIVE
 from .kernels.model import (
@@ -40,9 +49,10 @@ from .values.wrench import ZERO, Wrench, three_finite
 
 DEFAULT_RTOL = 1e-9
 NO_MEMORY = np.zeros(0)
-_LOADS = [effect for effect in REGISTRY.values() if isinstance(effect, LoadEffect)]
+_LOADS = [effect for effect in REGISTRY.values() if isinstance(effect, KernelEffect)]
 _SERIES = [effect for effect in REGISTRY.values() if isinstance(effect, SeriesEffect)]
 _DRIVES = [effect for effect in REGISTRY.values() if isinstance(effect, DriveEffect)]
+_MEDIA = [effect for effect in REGISTRY.values() if isinstance(effect, MediumEffect)]
 
 
 @dataclass(frozen=True, init=False)
@@ -91,14 +101,28 @@ class Terms:
 
     @cached_property
     def loads(self) -> tuple[str, ...]:
-        """Names of the effects that act as loads, which need error control."""
-        return tuple(effect.name for effect in _LOADS if self.acting[effect.name])
+        """Names of the loads and transforms that act, which need error control."""
+        return tuple(effect.name for effect in _LOADS if self.acting[effect.name] and effect not in _MEDIA)
+
+    @cached_property
+    def _by_kernels(self) -> dict[str, tuple[Any, ...]]:
+        """Those of each effect that act by kernels of their own; a medium does where something feels it."""
+        return {
+            effect.name: tuple(one for one in self.acting[effect.name] if effect.by_kernels(one)) if self.loads else ()
+            for effect in _LOADS
+        }
+
+    @property
+    def remembering(self) -> tuple[str, ...]:
+        """Names of the effects of which something goes on from step to step."""
+        drive = (self._drive.name,) if self._drive else ()
+        return (*drive, *(effect.name for effect in _LOADS if effect.memory_size and self._by_kernels[effect.name]))
 
     @cached_property
     def kernels(self) -> Acting:
-        """The kernels of the loads that act, and of actuators."""
-        loads = tuple((k, effect) for k, effect in enumerate(_LOADS) if self.acting[effect.name])
-        return together(loads, self._drive.drive if self._drive else NO_DRIVE)
+        """The kernels of the effects that act by some, and of actuators."""
+        effects = tuple((k, effect) for k, effect in enumerate(_LOADS) if self._by_kernels[effect.name])
+        return together(effects, self._drive.drive if self._drive else NO_DRIVE)
 
     @cached_property
     def _drive(self) -> DriveEffect | None:
@@ -109,6 +133,12 @@ class Terms:
         """Whether there are actuators."""
         return self._drive is not None
 
+    @property
+    def bare(self) -> "Terms":
+        """The body, and how it answers to what acts, but nothing that does."""
+        transforms = {effect.name: self.given[effect.name] for effect in _LOADS if isinstance(effect, TransformEffect)}
+        return Terms(self.body, **transforms)
+
     @cached_property
     def levers(self) -> tuple[Lever, ...]:
         """Those of all effects that are series."""
@@ -118,9 +148,10 @@ class Terms:
 
     @property
     def driven(self) -> bool:
-        """Whether a load acts that may speed the body up, as no drag does."""
+        """Whether something acts that may speed the body up, as no drag does in a fluid at rest."""
         effects = [REGISTRY[name] for name in self.loads]
-        return any(effect.energy is not None or not effect.dissipates for effect in effects)
+        carried = any(self.acting[effect.name] for effect in _MEDIA)
+        return any(carried or effect.energy is not None or not effect.dissipates for effect in effects)
 
     @property
     def turning(self) -> bool:
@@ -133,8 +164,8 @@ class Terms:
 
     @property
     def left_out(self) -> list[str]:
-        """Words for the effects that do not act: series, then loads, then drives."""
-        return [effect.left_out for effect in (*_SERIES, *_LOADS, *_DRIVES) if not self.acting[effect.name]]
+        """Words for the effects that do not act: series, then what acts by kernels, then drives."""
+        return [one.left_out for one in (*_SERIES, *_LOADS, *_DRIVES) if not self.acting[one.name]]
 
     def memory(self, h: float, before: "Terms | None" = None, kept: Floats = NO_MEMORY) -> Floats:
         """What goes on from step to step of h [s]: of actuators, then of loads.
@@ -153,9 +184,9 @@ class Terms:
     def _memories(self, h: float) -> dict[str, Floats]:
         """By effect, as they are at the start."""
         drive = {self._drive.name: self._drive.memory(self.acting[self._drive.name], h)} if self._drive else {}
-        remembering = (effect for effect in _LOADS if effect.memory_size and self.acting[effect.name])
+        remembering = (effect for effect in _LOADS if effect.memory_size and self._by_kernels[effect.name])
         loads = {
-            effect.name: np.concatenate([effect.memory(one, self.body, h) for one in self.acting[effect.name]])
+            effect.name: np.concatenate([effect.memory(one, self.body, h) for one in self._by_kernels[effect.name]])
             for effect in remembering
         }
         return {**drive, **loads}
@@ -169,24 +200,45 @@ class Terms:
         rows = [number for arm, vector, is_force in levers for number in (*arm, *vector, float(is_force))]
         loads = [*self._load_rows.values()]
         filling = np.zeros(-(LEVERS + len(rows) + sum(map(len, loads))) % 8 if self._drive else 0)
-        parts = self._header, rows, *loads, filling, self._drive_row, memory
+        parts = self._header, np.array(rows), *loads, filling, self._drive_row, memory
         model = np.concatenate(parts, out=zeros_on_a_line(sum(map(len, parts))))
         model[WRENCH : WRENCH + 12] = wrench.values
         model[N_LEVERS] = len(levers)
         at, end = LEVERS + len(rows), len(model)
         model[MEMORY] = len(model) - len(memory)
         for number, effect in reversed(list(enumerate(_LOADS))):
-            end -= effect.memory_size * len(self.acting[effect.name])
+            end -= effect.memory_size * len(self._by_kernels[effect.name])
             model[LOADS + 3 * number + 2] = end
         for number, effect in enumerate(_LOADS):
             size = self._load_rows[effect.name].size
             model[LOADS + 3 * number], model[LOADS + 3 * number + 1] = size // effect.size, at
             at += size
         write_arms(model)
+        self.write_media(model)
         if self._drive and len(memory):
             model[DRIVE] = at + len(filling)
             self._drive.drive.settle(python_floats(model))
         return model
+
+    def is_another_flow(self, before: "Terms", changed: Iterable[str]) -> bool:
+        """Whether a model of the terms before needs but other numbers of media, where these effects were changed."""
+        return self.kernels is before.kernels and all(
+            isinstance(effect := REGISTRY.get(name), MediumEffect)
+            and effect.fixed(self.given[name]) == effect.fixed(before.given[name])
+            for name in changed
+        )
+
+    def write_media(self, model: Floats) -> None:
+        """Write the numbers of the media into a model that holds everything else."""
+        for medium in _MEDIA:
+            one, slot = self.given[medium.name], LOADS + 3 * _LOADS.index(medium)
+            numbers, place = medium.numbers(one), medium.place
+            model[place] = place + 1
+            model[place + 1 : place + 1 + len(numbers)] = numbers
+            if model[slot] and model[MEMORY] < len(model):
+                at, memory = int(model[slot + 1]), int(model[slot + 2])
+                model[place], model[at : at + medium.size] = memory, medium.row(one, self.body)
+                medium.show(python_floats(model), at, memory)
 
     @cached_property
     def _header(self) -> Floats:
@@ -215,6 +267,6 @@ class Terms:
 
     @cached_property
     def _load_rows(self) -> dict[str, Floats]:
-        """The numbers of each kind of load."""
-        rows = {effect.name: [effect.row(one, self.body) for one in self.acting[effect.name]] for effect in _LOADS}
+        """The numbers of each kind of load, and of whatever else has kernels."""
+        rows = {effect.name: [effect.row(one, self.body) for one in self._by_kernels[effect.name]] for effect in _LOADS}
         return {name: np.concatenate([NO_MEMORY, *map(np.ravel, each)]) for name, each in rows.items()}

@@ -118,11 +118,13 @@ def test_plan_lists_what_is_left_out():
         "drag",
         "tethers",
         "ground",
+        "flow of the fluid",
+        "added mass",
         "actuators",
     )
     assert sim.plan.left_out == everything_else
     sim.set_wrench(every_term(Wrench()))
-    assert sim.plan.left_out == ("gravity", "gyroscopic term", "drag", "tethers", "ground", "actuators")
+    assert sim.plan.left_out == ("gravity", "gyroscopic term", *everything_else[-6:])
     assert Simulation(BODIES["general"], integrator="rk4").plan.reason == "as asked for"
 
 
@@ -241,7 +243,11 @@ def test_changes_between_steps_are_those_of_a_new_simulation():
 @pytest.mark.parametrize(
     ("integrator", "terms", "sentence"),
     [
-        ("taylor", {"drag": Drag(linear=(1.0, 0.0, 0.0))}, "integrator 'taylor' leaves out drag, tethers and ground"),
+        (
+            "taylor",
+            {"drag": Drag(linear=(1.0, 0.0, 0.0))},
+            "integrator 'taylor' leaves out drag, tethers, ground and added mass",
+        ),
         ("auto", {"gravity": (0.0, math.nan, 0.0)}, "gravity .* must be three finite numbers"),
         (
             "auto",

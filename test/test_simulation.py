@@ -656,7 +656,8 @@ def test_scene_gives_the_simulation_its_drag_tethers_forces_and_tolerance():
 
 def test_scene_with_an_integrator_that_leaves_something_out_is_refused_with_the_parameter():
     with pytest.raises(
-        ValueError, match=r"parameter integrator\.name = 'taylor': .* leaves out drag, tethers and ground; choo"
+        ValueError,
+        match=r"parameter integrator\.name = 'taylor': .* leaves out drag, tethers, ground and added mass; choo",
     ):
         Simulation.from_scene(Scene({"drag.quadratic": (0.0, 0.0, 1.0), "integrator.name": "taylor"}))
     with pytest.raises(

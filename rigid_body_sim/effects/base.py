@@ -3,9 +3,11 @@
 An effect is a *series*: forces and couples whose vectors are fixed in the world and whose arms are fixed in the body,
 which are polynomial in the attitude, so that a step stays exact to round-off. Or it is a *load*, a function of the
 motion with its exact Jacobian, for which ``auto`` takes a method that controls its error. Or it is a *drive*, what
-actuators do in body axes as a function of time alone, which leaves a step exact too.
+actuators do in body axes as a function of time alone, which leaves a step exact too. Or a *transform*, which makes of
+all that acts what the body's own momenta change by. Or a *medium*, which is what loads and transforms depend on.
 """
 
+import dataclasses
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
@@ -13,12 +15,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..kernels.arrays import Floats
+from ..kernels.arrays import Floats, Vector
 from ..kernels.compiled import kernel
 from ..kernels.drive import NO_DRIVE, Drive
 from ..kernels.model import LOADS
-from ..kernels.motion import Acting, Passed
-from ..kernels.tuples import Load, Motion, added
+from ..kernels.motion import Acting, Passed, held_load
+from ..kernels.tuples import Load, Motion, Quat, added
 from ..values.body import Body
 from ..values.parameter import Parameter
 from ..values.state import Motions
@@ -73,29 +75,33 @@ def _no_memory(one: Any, body: Body, h: float) -> Floats:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Effect:
-    """Descriptor of one effect: a SeriesEffect, a LoadEffect or a DriveEffect; see docs/adding_an_effect.md.
+    """Descriptor of one effect: series, load, drive, transform or medium; see docs/adding_an_effect.md.
 
-    ``make`` makes one of it from its parameters, by their last names: a dataclass or a NamedTuple. ``zero`` is one
-    without any strength, ``example`` one that acts in all ways it can: the contract tests take them. With ``many`` a
-    scene may have any number, each with a name of its own; else a parameter ``group.<name>.field`` is of a field
-    ``group`` that is a sequence. ``world`` names the fields that are vectors of the world.
-    ``energy(one, body, state)`` is its potential energy [J], of one state or of many (see values.state.Motions);
-    with ``dissipates`` it takes energy out, of that and of the motion.
+    ``make`` makes one of it from its parameters, by the names of ``fields``: a dataclass or a NamedTuple. ``zero`` is
+    one without any strength, ``example`` one that acts in all ways it can: the contract tests take them, and what is
+    ``beside`` it where it acts only through others. With ``many`` a scene may have any number, each with a name of its
+    own; else a parameter ``group.<name>.field`` is of a field ``group`` that is a sequence. ``world`` names the fields
+    that are vectors of the world. ``energy(one, body, state)`` is its potential energy [J], of one state or of many
+    (see values.state.Motions), ``kinetic(one, body, state, u)`` the kinetic energy of what it moves along in a fluid of
+    the velocity u [m/s, world]; with ``dissipates`` it takes energy out, of these and of the motion.
     """
 
-    name: str  # of the group of parameters, and the keyword of Simulation
+    name: str  # the keyword of Simulation
     make: Callable[..., Any]
     zero: Any
     example: Any
     parameters: tuple[Parameter, ...]
     left_out: str  # what the plan says a scene without it leaves out
+    group: str = ""  # of its parameters, where that is not the name
     many: bool = False
     order: str = ""  # of many: the parameter that has their names, each the field ``name`` of one
-    check: Callable[[Any], tuple[Any, ...]] | None = None  # of what a user gave, where other forms are taken
+    check: Callable[[Any], Any] | None = None  # of what a user gave, where other forms are taken
     acts: Callable[[Any], bool] = lambda one: True
     world: tuple[str, ...] = ()
     energy: Callable[[Any, Body, Motions], Any] | None = None
+    kinetic: Callable[[Any, Body, Motions, Vector], Any] | None = None
     dissipates: bool = False
+    beside: Mapping[str, Any] = dataclasses.field(default_factory=dict)
 
     @property
     def dynamic(self) -> bool:
@@ -110,9 +116,14 @@ class Effect:
 
     @property
     def fields(self) -> dict[str, str]:
-        """Name of the parameter of each field of what users write: ``height`` of ``ground.height``, say."""
+        """Name of the parameter of each field of what users write: ``fluid.gust.seed`` of ``gust_seed``, say."""
         names = [parameter.name for parameter in self.parameters if parameter.name != self.order]
-        return {name.split(".")[0 if name.split(".")[0] in self.groups else -1]: name for name in names}
+        return {self._field(name): name for name in names}
+
+    def _field(self, name: str) -> str:
+        first = name.split(".")[0]
+        begin = f"{self.group or self.name}." + "<name>." * self.many
+        return first if first in self.groups else name.removeprefix(begin).replace(".", "_")
 
     @property
     def absent(self) -> Any:
@@ -144,7 +155,8 @@ class Effect:
 
     def fixed(self, one: Any) -> tuple[Any, ...]:
         """What of one cannot be changed while the node runs: where that is the same, what it remembers stays."""
-        lasting = (row.name.rpartition(".")[2] for row in self.parameters if not row.dynamic)
+        dynamic = {row.name for row in self.parameters if row.dynamic}
+        lasting = (field for field, name in self.fields.items() if name not in dynamic)
         return tuple(getattr(one, field, None) for field in ("name", *lasting))
 
     def restored(self, plain: Any) -> Any:
@@ -194,15 +206,10 @@ class SeriesEffect(Effect):
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class LoadEffect(Effect):
-    """An effect that is a function of the motion, by kernels.
+class KernelEffect(Effect):
+    """An effect by kernels; ``row(one, body)`` are its ``size`` numbers in the model, which begin at ``model[at]``.
 
-    ``row(one, body)`` are its ``size`` numbers in the model, which begin at ``model[at]`` for the kernels; of what is
-    several loads in one, several rows, shape (n, size).
-    ``load(model, at, body)`` is its force and torque; ``add_jacobian(model, at, body, taut, out, o)`` adds their exact
-    derivatives (see rows), with ``taut`` those of a load that does not act now and may later.
-    ``passes_kink(model, at, state, work, z)`` says whether a kink lies within the increments work[z:z + 12] (see
-    integrators.substep), and ``ringing(model, at, state, h)`` is ω² [1/s²] of what it makes vibrate throughout a step.
+    Of what is several loads in one they are several rows, shape (n, size).
 
     A load that begins and ends to act has *events*. ``settle(model, at, body)`` notes in its row whether it acts, from
     the motion at the beginning of a sub-step; until it is settled again that stays, so that it is smooth, and
@@ -214,15 +221,62 @@ class LoadEffect(Effect):
 
     size: int
     row: Callable[[Any, Body], Floats]
+    memory_size: int = 0
+    memory: Callable[[Any, Body, float], Floats] = _no_memory
+    advance: Callable[[Floats, int, int, float], None] = _lasting
+
+    def by_kernels(self, one: Any) -> bool:
+        """Whether one that acts does so by kernels of its own."""
+        return True
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class MediumEffect(KernelEffect):
+    """An effect that acts through loads and transforms alone, which find its ``numbers(one)`` where model[place] says.
+
+    They lie next to it. Where it ``stirs(one)``, they change from step to step: then its memory begins with them, and
+    ``show(model, at, memory)`` works them out from the rest of it where no step passes.
+    """
+
+    place: int
+    numbers: Callable[[Any], Vector]
+    stirs: Callable[[Any], bool]
+    show: Callable[[Floats, int, int], None]
+
+    def by_kernels(self, one: Any) -> bool:
+        """Whether it stirs."""
+        return self.stirs(one)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class TransformEffect(KernelEffect):
+    """An effect on the answer of the body to all that acts, which a scene has once at most.
+
+    ``load(model, at, body, load)`` makes of the sum of all else the force and torque by which the body's own momenta
+    change. ``jacobian(model, at, body, load, out, o)`` makes of the whole Jacobian of the others (see
+    kernels.motion.jacobian) that of what comes of them; ``load`` is again their sum.
+    """
+
+    load: Callable[[Floats, int, Motion, Load], Load]
+    jacobian: Callable[[Floats, int, Motion, Load, Floats, int], None]
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class LoadEffect(KernelEffect):
+    """An effect that is a function of the motion, by kernels.
+
+    ``load(model, at, body)`` is its force and torque; ``add_jacobian(model, at, body, taut, out, o)`` adds their exact
+    derivatives (see rows), with ``taut`` those of a load that does not act now and may later.
+    ``passes_kink(model, at, state, work, z)`` says whether a kink lies within the increments work[z:z + 12] (see
+    integrators.substep), and ``ringing(model, at, state, h)`` is ω² [1/s²] of what it makes vibrate throughout a step.
+    """
+
     load: Callable[[Floats, int, Motion], Load]
     add_jacobian: Callable[[Floats, int, Motion, bool, Floats, int], None]
     passes_kink: Callable[[Floats, int, Floats, Floats, int], bool] = _smooth
     ringing: Callable[[Floats, int, Floats, float], float] = _calm
     settle: Callable[[Floats, int, Motion], None] = _settled
     passed: Callable[[Floats, int, Motion, Motion, float], Passed] = _never
-    memory_size: int = 0
-    memory: Callable[[Any, Body, float], Floats] = _no_memory
-    advance: Callable[[Floats, int, int, float], None] = _lasting
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -273,17 +327,37 @@ def _no_memories(model: Floats, h: float) -> None:
     return
 
 
+@kernel
+def _no_transform_jacobian(model: Floats, q: Quat, body: Motion, out: Floats, o: int) -> None:
+    return
+
+
 NOTHING_ACTS = Acting(
-    _no_load, _no_jacobian, _no_kink, _no_ringing, _nothing_settled, _no_event, _no_memories, NO_DRIVE
+    _no_load,
+    _no_jacobian,
+    _no_kink,
+    _no_ringing,
+    _nothing_settled,
+    _no_event,
+    _no_memories,
+    NO_DRIVE,
+    _no_load,
+    _no_transform_jacobian,
 )
 
 
 @cache
-def together(loads: tuple[tuple[int, LoadEffect], ...], drive: Drive = NO_DRIVE) -> Acting:
-    """The kernels of all these loads, each with its number in the registry, which says where the model tells of it."""
+def together(effects: tuple[tuple[int, KernelEffect], ...], drive: Drive = NO_DRIVE) -> Acting:
+    """The kernels of all these, each with its number in the registry, which says where the model tells of it."""
     acting = NOTHING_ACTS if drive is NO_DRIVE else NOTHING_ACTS._replace(drive=drive)
-    for number, one in loads:
-        acting = _and(acting, one, LOADS + 3 * number)
+    for number, one in effects:
+        if isinstance(one, LoadEffect):
+            acting = _and(acting, one, LOADS + 3 * number)
+        elif one.memory_size:
+            acting = acting._replace(advance=_advancing(acting, one, LOADS + 3 * number))
+    for number, one in effects:
+        if isinstance(one, TransformEffect):
+            acting = _transformed(acting, one, LOADS + 3 * number)
     return acting
 
 
@@ -293,7 +367,6 @@ def _and(others: Acting, one: LoadEffect, slot: int) -> Acting:
     load_of, jacobian_of, kink_of, ringing_of, size = one.load, one.add_jacobian, one.passes_kink, one.ringing, one.size
     load_others, jacobian_others, kink_others, ringing_others, *_ = others
     settle_of, passed_of, settle_others, passed_others = one.settle, one.passed, others.settle, others.passed
-    advance_of, memory_size, advance_others = one.advance, one.memory_size, others.advance
 
     @kernel
     def add_load(model: Floats, body: Motion, load: Load) -> Load:
@@ -336,14 +409,42 @@ def _and(others: Acting, one: LoadEffect, slot: int) -> Acting:
             by, peak = max(by, other.by), min(peak, other.peak)
         return Passed(by, peak)
 
+    # Of loads without events, or without memory, nothing is compiled that looks for some.
+    acting = others._replace(add_load=add_load, add_jacobian=add_jacobian, passes_kink=passes_kink, ringing=ringing)
+    if passed_of is not _never:
+        acting = acting._replace(settle=settle, passed=passed)
+    return acting._replace(advance=_advancing(others, one, slot)) if one.memory_size else acting
+
+
+@cache
+def _advancing(others: Acting, one: KernelEffect, slot: int) -> Callable[[Floats, float], None]:
+    """Lets a step pass for the memories of the others, then for that of each of one kind."""
+    advance_others, advance_of, size, memory_size = others.advance, one.advance, one.size, one.memory_size
+
     @kernel
     def advance(model: Floats, h: float) -> None:
         advance_others(model, h)
         for i in range(int(model[slot])):
             advance_of(model, int(model[slot + 1]) + size * i, int(model[slot + 2]) + memory_size * i, h)
 
-    # Of loads without events, or without memory, nothing is compiled that looks for some.
-    acting = others._replace(add_load=add_load, add_jacobian=add_jacobian, passes_kink=passes_kink, ringing=ringing)
-    if passed_of is not _never:
-        acting = acting._replace(settle=settle, passed=passed)
-    return acting._replace(advance=advance) if memory_size else acting
+    return advance
+
+
+@cache
+def _transformed(loads: Acting, one: TransformEffect, slot: int) -> Acting:
+    """What comes of these loads by a transform, whose numbers begin at ``model[slot + 1]``."""
+    transform_of, jacobian_of, add_loads = one.load, one.jacobian, loads.add_load
+
+    @kernel
+    def transform(model: Floats, body: Motion, load: Load) -> Load:
+        return transform_of(model, int(model[slot + 1]), body, load)
+
+    @kernel
+    def add_load(model: Floats, body: Motion, load: Load) -> Load:
+        return transform_of(model, int(model[slot + 1]), body, add_loads(model, body, load))
+
+    @kernel
+    def transform_jacobian(model: Floats, q: Quat, body: Motion, out: Floats, o: int) -> None:
+        jacobian_of(model, int(model[slot + 1]), body, add_loads(model, body, held_load(model, q)), out, o)
+
+    return loads._replace(add_load=add_load, transform=transform, transform_jacobian=transform_jacobian)

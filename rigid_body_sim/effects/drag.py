@@ -1,4 +1,4 @@
-"""Drag at the centre of mass, component by component in body axes.
+"""Drag at the centre of mass, component by component in body axes, by the velocity v through the fluid.
 
     F_i = −(linear_i + quadratic_i |v_i|) v_i        τ_i = −(angular_linear_i + angular_quadratic_i |ω_i|) ω_i
 
@@ -11,8 +11,8 @@ import numpy as np
 
 from ..kernels.arrays import Floats, Vector
 from ..kernels.compiled import kernel
-from ..kernels.motion import velocities_body
-from ..kernels.tuples import Load, Motion, Vec, crossed, dot, rotate, rotate_back, unit
+from ..kernels.motion import fluid_velocity, velocities_body
+from ..kernels.tuples import Load, Motion, Vec, crossed, dot, minus, rotate, rotate_back, unit
 from ..values.body import Body
 from ..values.parameter import Parameter
 from ..values.wrench import ZERO, three_finite
@@ -70,7 +70,7 @@ def _along(model: Floats, linear: int, u: Vec) -> Vec:
 @kernel
 def drag_load(model: Floats, at: int, body: Motion) -> Load:
     """Force and torque of the drag at ``model[at]``."""
-    v_body, w_body = rotate_back(body.q, body.v), rotate_back(body.q, body.w)
+    v_body, w_body = rotate_back(body.q, minus(body.v, fluid_velocity(model))), rotate_back(body.q, body.w)
     return Load(rotate(body.q, _along(model, at, v_body)), rotate(body.q, _along(model, at + 6, w_body)))
 
 
@@ -80,12 +80,12 @@ def add_drag_jacobian(model: Floats, at: int, body: Motion, taut: bool, out: Flo
     load = drag_load(model, at, body)
     add_turning(out, o, load.force)
     add_turning(out, o + 36, load.torque)
-    zero = Vec(0.0, 0.0, 0.0)
+    zero, v = Vec(0.0, 0.0, 0.0), minus(body.v, fluid_velocity(model))
     for k in range(3):
         n = rotate(body.q, unit(k))
-        f = model[at + k] + 2.0 * model[at + 3 + k] * abs(dot(n, body.v))
+        f = model[at + k] + 2.0 * model[at + 3 + k] * abs(dot(n, v))
         t = model[at + 6 + k] + 2.0 * model[at + 9 + k] * abs(dot(n, body.w))
-        by_force = Row(zero, crossed(n, body.v), n, zero)
+        by_force = Row(zero, crossed(n, v), n, zero)
         by_torque = Row(zero, crossed(n, body.w), zero, n)
         for i in range(3):
             component = n.x if i == 0 else n.y if i == 1 else n.z
@@ -126,7 +126,9 @@ EFFECT = LoadEffect(
     left_out="drag",
     parameters=(
         _coefficients(
-            "linear", "Drag force along each body axis, at the centre of mass, by the velocity there.", "N s/m"
+            "linear",
+            "Drag force along each body axis, at the centre of mass, by its velocity through the fluid.",
+            "N s/m",
         ),
         _coefficients("quadratic", "The same by the square of the velocity along that axis.", "N s²/m²"),
         _coefficients("angular_linear", "Drag torque about each body axis by the angular velocity.", "N m s/rad"),

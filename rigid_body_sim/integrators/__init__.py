@@ -1,7 +1,7 @@
 """How time advances: one file per integrator, and the registry that names them."""
 
 from ..effects import REGISTRY as EFFECTS
-from ..effects.base import DriveEffect, Effect, LoadEffect, SeriesEffect
+from ..effects.base import DriveEffect, Effect, LoadEffect, SeriesEffect, TransformEffect
 from ..terms import Terms
 from . import dop853, exact, matrix_euler, rk4, rkmk4, rosenbrock, semi_implicit_euler, splitting, taylor
 from .base import Integrator, script_of, steps_of
@@ -36,7 +36,7 @@ def shortfall(name: str, terms: Terms) -> str:
     integrator = get(name)
     if terms.loads and not integrator.resisted:
         able = [AUTO, *(other for other, one in REGISTRY.items() if one.resisted)]
-        return f"integrator {name!r} leaves out {_words(LoadEffect)}; choose one of {', '.join(able)}"
+        return f"integrator {name!r} leaves out {_words(LoadEffect, TransformEffect)}; choose one of {', '.join(able)}"
     if terms.actuated and integrator.driven is None:
         able = [AUTO, *(other for other, one in REGISTRY.items() if one.driven)]
         return f"integrator {name!r} leaves out {_words(DriveEffect)}; choose one of {', '.join(able)}"
@@ -46,9 +46,9 @@ def shortfall(name: str, terms: Terms) -> str:
     return ""
 
 
-def _words(kind: type[Effect]) -> str:
-    *first, last = (effect.left_out for effect in EFFECTS.values() if isinstance(effect, kind))
-    return f"{', '.join(first)} and {last}" if first else last
+def _words(*kinds: type[Effect]) -> str:
+    *others, last = (effect.left_out for effect in EFFECTS.values() if isinstance(effect, kinds))
+    return f"{', '.join(others)} and {last}" if others else last
 
 
 __all__ = ["AUTO", "CHOICES", "REGISTRY", "RULE", "Integrator", "get", "script_of", "shortfall", "steps_of"]

@@ -48,7 +48,8 @@ CARRIED = REDUCED + 11  # B_i, world, 3 x 3
 ARMS = CARRIED + 9  # A_i, 3 x 9
 # Each A_i as three rows, its diagonals (A_xx, A_yy, A_zz), (A_xy, A_yz, A_zx) and (A_xz, A_yx, A_zy); 3 x 3 x 4.
 ARM_ROWS = ARMS + 27
-LEVERS = ARM_ROWS + 36  # levers: arm (body axes), vector (world), and 1 for a force at a point, 0 for a couple; 7 each
+FLUID = ARM_ROWS + 36  # where the velocity of the fluid around [m/s, world] begins: next to it, or in memory; and 3
+LEVERS = FLUID + 4  # levers: arm (body axes), vector (world), and 1 for a force at a point, 0 for a couple; 7 each
 LEVER_SIZE = 7
 
 FASTEST = 1e307  # m/s, rad/s: a velocity beyond it may have no finite components in other axes

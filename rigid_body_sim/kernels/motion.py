@@ -7,10 +7,10 @@ from typing import NamedTuple
 from .arrays import Floats
 from .compiled import kernel
 from .drive import Drive
-from .model import CARRIED, FORCE, MASS, N_CARRIED, Q_BODY_PRINCIPAL, rates_of_whole, rates_principal, to_body
+from .model import CARRIED, FLUID, FORCE, MASS, N_CARRIED, Q_BODY_PRINCIPAL, rates_of_whole, rates_principal, to_body
 from .state import L, P, Q, X
 from .straight_line import straight_line
-from .tuples import Load, Motion, Quat, Vec, crossed, rotate_back, vec
+from .tuples import Load, Motion, Quat, Vec, crossed, minus, rotate_back, scaled, vec
 from .vectors import cross, exponential_minus_one, qmultiply, qrotate, qrotate_back, unit_vector
 from .wrench import arm_torque, force_world, torque_principal
 
@@ -40,6 +40,8 @@ class Acting(NamedTuple):
     passed: Callable[[Floats, Motion, Motion, float], Passed]
     advance: Callable[[Floats, float], None]
     drive: Drive
+    transform: Callable[[Floats, Motion, Load], Load]
+    transform_jacobian: Callable[[Floats, Quat, Motion, Floats, int], None]
 
 
 @kernel
@@ -48,6 +50,12 @@ def unit_attitude(y: Floats, at: int) -> Quat:
     w, x, y_, z = y[at + Q], y[at + Q + 1], y[at + Q + 2], y[at + Q + 3]
     unit = 1.0 / math.sqrt(w * w + x * x + y_ * y_ + z * z)
     return Quat(unit * w, unit * x, unit * y_, unit * z)
+
+
+@kernel
+def fluid_velocity(model: Floats) -> Vec:
+    """Velocity of the fluid around [m/s], world axes."""
+    return vec(model, int(model[FLUID]))
 
 
 @straight_line
@@ -93,6 +101,15 @@ def mobility(model: Floats, q: Quat, arm: Vec, n: Vec) -> float:
 
 
 @kernel
+def held_load(model: Floats, q: Quat) -> Load:
+    """Force and torque of the held wrench, of gravity and of levers, at the attitude q (principal axes → world)."""
+    fx, fy, fz = force_world(model, q.w, q.x, q.y, q.z)
+    tx, ty, tz = torque_principal(model, q.w, q.x, q.y, q.z)
+    tx, ty, tz = qrotate(q.w, q.x, q.y, q.z, tx, ty, tz)
+    return Load(Vec(fx, fy, fz), Vec(tx, ty, tz))
+
+
+@kernel
 def loads(acting: Acting, model: Floats, y: Floats, at: int, q: Quat) -> Load:
     """Force and torque about the centre of mass, world axes, at the state y[at:at + 13] of unit attitude q."""
     acting.settle(model, motion(model, y, at, q))
@@ -102,10 +119,7 @@ def loads(acting: Acting, model: Floats, y: Floats, at: int, q: Quat) -> Load:
 @kernel
 def loads_as_settled(acting: Acting, model: Floats, y: Floats, at: int, q: Quat) -> Load:
     """The same with what acts and what does not as it was settled, so that it is smooth within a sub-step."""
-    fx, fy, fz = force_world(model, q.w, q.x, q.y, q.z)
-    tx, ty, tz = torque_principal(model, q.w, q.x, q.y, q.z)
-    tx, ty, tz = qrotate(q.w, q.x, q.y, q.z, tx, ty, tz)
-    return acting.add_load(model, motion(model, y, at, q), Load(Vec(fx, fy, fz), Vec(tx, ty, tz)))
+    return acting.add_load(model, motion(model, y, at, q), held_load(model, q))
 
 
 @kernel
@@ -131,10 +145,14 @@ def derivative(acting: Acting, model: Floats, y: Floats, at: int, slope: Floats,
 
 @kernel
 def velocities_body(state: Floats, model: Floats, work: Floats, z: int, share: float) -> tuple[Vec, Vec]:
-    """Momentum of the centre of mass and ω, body axes, at a share of the increments work[z:z + 12] (δx, θ, δP, δL)."""
+    """Momentum of the centre of mass and ω, body axes, at a share of the increments work[z:z + 12] (δx, θ, δP, δL).
+
+    The momentum is that of the velocity through the fluid.
+    """
     dw, dx, dy, dz = exponential_minus_one(share * work[z + 3], share * work[z + 4], share * work[z + 5])
     qw, qx, qy, qz = qmultiply(1.0 + dw, dx, dy, dz, state[Q], state[Q + 1], state[Q + 2], state[Q + 3])
     p = Vec(state[P] + share * work[z + 6], state[P + 1] + share * work[z + 7], state[P + 2] + share * work[z + 8])
+    p = minus(p, scaled(model[MASS], fluid_velocity(model)))
     lx, ly, lz = (
         state[L] + share * work[z + 9],
         state[L + 1] + share * work[z + 10],
@@ -195,6 +213,7 @@ def jacobian(acting: Acting, model: Floats, y: Floats, at: int, taut: bool, out:
         f, t = change.force, change.torque
         out[c], out[c + 12], out[c + 24] = out[c] + f.x, out[c + 12] + f.y, out[c + 24] + f.z
         out[c + 36], out[c + 48], out[c + 60] = out[c + 36] + t.x, out[c + 48] + t.y, out[c + 60] + t.z
+    acting.transform_jacobian(model, q, body, out, o)
 
 
 @kernel

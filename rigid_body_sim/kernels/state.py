@@ -32,7 +32,6 @@ from .row_vectors import xrotated_back
 from .straight_line import straight_line
 from .symbols import Row, magnitude, row, set_row, sum_of
 from .vectors import cross, qmultiply, qrotate, qrotate_back
-from .wrench import force_world, reduce_wrench, torque_principal
 
 X = 0  # position of the centre of mass [m, world], 3
 Q = 3  # unit quaternion (w, x, y, z), principal axes → world, 4
@@ -210,25 +209,6 @@ def add_row(state: Any, at: int, gain: Row) -> None:
     kept = total - high
     set_row(state, LOW + at, (high - (total - kept)) + (d - kept))
     set_row(state, at, total)
-
-
-@kernel
-def add_impulse(state: Floats, model: Floats) -> None:
-    """Add to P and L the impulse J [N s] and its moment [N m s] that ``model`` holds as its wrench, without gravity.
-
-    They are those of the wrench at the present attitude: ΔP = J, ΔL = r × J about the centre of mass, theory (2.3.4).
-    """
-    reduce_wrench(model)
-    qw, qx, qy, qz = state[Q], state[Q + 1], state[Q + 2], state[Q + 3]
-    jx, jy, jz = force_world(model, qw, qx, qy, qz)
-    tx, ty, tz = torque_principal(model, qw, qx, qy, qz)
-    tx, ty, tz = qrotate(qw, qx, qy, qz, tx, ty, tz)
-    add_compensated(state, P, jx)
-    add_compensated(state, P + 1, jy)
-    add_compensated(state, P + 2, jz)
-    add_compensated(state, L, tx)
-    add_compensated(state, L + 1, ty)
-    add_compensated(state, L + 2, tz)
 
 
 @kernel

@@ -82,6 +82,12 @@ def plus(a: Vec, b: Vec) -> Vec:
 
 
 @straight_line
+def minus(a: Vec, b: Vec) -> Vec:
+    """Difference a − b."""
+    return Vec(a.x - b.x, a.y - b.y, a.z - b.z)
+
+
+@straight_line
 def scaled(s: float, a: Vec) -> Vec:
     """s a."""
     return Vec(s * a.x, s * a.y, s * a.z)

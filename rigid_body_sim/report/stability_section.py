@@ -8,7 +8,20 @@ from typing import Any
 
 from .. import integrators
 from .section import Block, Heading, Measurement, Paragraph, Result, Results, Settings, Table, finished
-from .stability import actuator, controller, damping, ground, long_run, maps, matrix, plots, step_size, tether, turning
+from .stability import (
+    actuator,
+    added_mass,
+    controller,
+    damping,
+    ground,
+    long_run,
+    maps,
+    matrix,
+    plots,
+    step_size,
+    tether,
+    turning,
+)
 from .stability.outcome import ACCURATE, Outcome
 
 AUTO = integrators.AUTO
@@ -20,6 +33,7 @@ MAPS: dict[str, Callable[[bool], maps.Map[Any]]] = {
     "tether_undamped": functools.partial(tether.build, damped=False),
     "ground_stiffness": ground.bounce,
     "ground_friction": ground.slide,
+    "added_mass": added_mass.build,
     "controller": controller.build,
     "actuator": actuator.build,
     "step_size": step_size.build,

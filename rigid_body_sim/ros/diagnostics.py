@@ -94,7 +94,7 @@ def _verdict(before: Reading, now: Reading, mode: str, failure: str) -> tuple[by
 
 def _motion(simulation: Simulation) -> dict[str, str]:
     state = simulation.state
-    kinetic = invariants.kinetic_energy(simulation.body, state)
+    kinetic = invariants.energy_of_motion(simulation.terms, state)
     potential = invariants.potential_energy(simulation.terms, state)
     return {
         "kinetic energy [J]": repr(kinetic),

@@ -1,11 +1,12 @@
-"""What the node listens to: wrench commands from one or several sources, impulses, and states set from outside."""
+"""What the node listens to: wrench commands of one or several sources, impulses, states set from outside, the flow."""
 
+import dataclasses
 import math
 import time
 from collections import Counter
 from collections.abc import Callable
 
-from geometry_msgs.msg import PoseStamped, TwistStamped, WrenchStamped
+from geometry_msgs.msg import PoseStamped, TwistStamped, Vector3Stamped, WrenchStamped
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos_overriding_options import QoSOverridingOptions
@@ -19,6 +20,7 @@ from ..stepping import IntegratorError
 from ..values import rotation
 from ..values.parameter import shown
 from ..values.state import State
+from ..values.wrench import three_finite
 from . import messages
 from .frame_turns import FrameTurns
 from .loop import Loop
@@ -72,6 +74,8 @@ class Inputs:
         self._subscribe(node, WrenchStamped, "impulse", self._on_impulse)
         self._subscribe(node, PoseStamped, "set_pose", self._on_set_pose)
         self._subscribe(node, TwistStamped, "set_twist", self._on_set_twist)
+        if scene.has_given("fluid"):
+            self._subscribe(node, Vector3Stamped, "fluid_velocity", self._on_fluid_velocity)
         for topic in self._topics:
             _check_topic(node, topic)
             self._subscribe(node, WrenchStamped, topic, self._wrench_callback(topic))
@@ -172,6 +176,15 @@ class Inputs:
                 w_body = rotation.rotate_back(now.orientation, w_body)
             self._simulation.set_state(State(now.position, now.orientation, velocity, w_body))
         self._loop.on_changed_state()
+
+    def _on_fluid_velocity(self, data: bytes) -> None:
+        """The fluid flows so from the next step on, until it is said again."""
+        message = messages.deserialised(data, Vector3Stamped, "fluid_velocity")
+        messages.check_frame("fluid_velocity", message.header.frame_id, {self._scene["world_frame_id"]})
+        with messages.refusing("fluid_velocity"):
+            velocity = three_finite((message.vector.x, message.vector.y, message.vector.z), "velocity")
+        with messages.refusing("fluid_velocity", messages.NO_FLOW):  # where there are gusts
+            self._simulation.change(fluid=dataclasses.replace(self._simulation.fluid, velocity=velocity))
 
     def _need_a_running_simulation(self, what: str) -> None:
         if self._loop.failure:

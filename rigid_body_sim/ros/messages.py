@@ -18,9 +18,10 @@ LATEST_STAMP_NS = 2**31 * NANOSECONDS - 1  # builtin_interfaces/Time counts seco
 
 NOT_FOR_INTEGRATOR = "not for this integrator"
 NOT_A_ROTATION = "not a rotation"
+NO_FLOW = "no flow"
 MALFORMED = "malformed"
 STOPPED = "stopped"
-REFUSALS = (NOT_FINITE, UNKNOWN_FRAME, NOT_FOR_INTEGRATOR, NOT_A_ROTATION, MALFORMED, STOPPED)
+REFUSALS = (NOT_FINITE, UNKNOWN_FRAME, NOT_FOR_INTEGRATOR, NOT_A_ROTATION, NO_FLOW, MALFORMED, STOPPED)
 
 
 def type_name(kind: type) -> str:

@@ -140,7 +140,8 @@ class RigidBodyNode(Node):
         terms, factor = scene.terms(), scene["real_time_factor"]
         if terms != self.scene.terms():
             self._compile(terms)
-            self.simulation.change(**terms.dynamic())
+            before = self.scene.terms().dynamic()  # the fluid may have another velocity meanwhile, by its topic
+            self.simulation.change(**{name: one for name, one in terms.dynamic().items() if one != before[name]})
             self._reporter.tell_new_plan()
         if factor != self.scene["real_time_factor"]:
             self.loop.set_factor(factor)

@@ -129,7 +129,7 @@ class Trajectory(States):
     @cached_property
     def kinetic_energy(self) -> Floats:
         """Kinetic energy [J], shape (n,)."""
-        return _kept(invariants.kinetic_energy(self._terms.body, self))
+        return _kept(invariants.energy_of_motion(self._terms, self))
 
     @cached_property
     def potential_energy(self) -> Floats:

@@ -8,7 +8,7 @@ from ..scene.loader import Scene
 
 NOT_COMMANDS = ("impulse", "wrench_applied")  # of type WrenchStamped, too
 MOST_LISTED = 12
-OTHERS = ("impulse", "set_pose", "set_twist")  # which change the motion without being wrench commands
+OTHERS = ("impulse", "set_pose", "set_twist", "fluid_velocity")  # which change the motion without being wrench commands
 USUAL = ("pose", "odom")  # names of the topics that have the body's poses
 A_COMMAND = "geometry_msgs/WrenchStamped or Wrench"
 A_POSE = "geometry_msgs/PoseStamped, PoseWithCovarianceStamped or TransformStamped, or nav_msgs/Odometry"

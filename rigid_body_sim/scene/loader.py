@@ -97,6 +97,10 @@ class Scene:
         given = attitude.over(self._given, schema.flat(changes), self.values)
         return Scene(given, self._folder, files=self._files)
 
+    def has_given(self, group: str) -> bool:
+        """Whether any parameter of a group was given."""
+        return any(name.startswith(f"{group}.") for name in self._given)
+
     def given(self, name: str) -> Any:
         """The value as it was given, where it was, else the one in use."""
         return self._given.get(name, self.values[name])
@@ -133,12 +137,16 @@ class Scene:
 
     def effect(self, name: str) -> Any:
         """What is described of the effect of that name in the registry; of those that may be many all, by name."""
+        effect = REGISTRY[name]
         try:
-            return REGISTRY[name].read(self.values, partial(schema.members, names=self.values))
+            return effect.read(self.values, partial(schema.members, names=self.values))
         except ValueError as reason:
             if str(reason).startswith("parameter "):
                 raise
-            groups = (name, *REGISTRY[name].groups)
+            field = str(reason).split()[0]
+            if field in effect.fields and not effect.many:
+                raise ValueError(f"parameter {effect.fields[field]}{str(reason).removeprefix(field)}") from None
+            groups = (name, *effect.groups)
             given = [schema.shown_name(one) for one in self._given if one.split(".")[0] in groups]
             more = f" and {len(given) - MOST_NAMED} more" if len(given) > MOST_NAMED else ""
             raise ValueError(f"parameter {', '.join(given[:MOST_NAMED])}{more}: {reason}") from None

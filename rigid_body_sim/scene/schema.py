@@ -194,7 +194,8 @@ TABLE: tuple[Parameter, ...] = (
         "record.topics",
         NAMES,
         (),
-        "Topics recorded; empty = all: pose, twist, outputs, wrench.topics, impulse, set_pose, set_twist.",
+        "Topics recorded; empty = all: pose, twist, outputs, wrench.topics, impulse, set_pose, set_twist, "
+        "fluid_velocity.",
     ),
 )
 

@@ -25,6 +25,15 @@ def kinetic_energy(body: Body, state: Motions) -> Any:
     return _as_floats(twice / 2)
 
 
+def energy_of_motion(terms: Terms, state: Motions) -> Any:
+    """The same [J] with what the motion adds to the kinetic energy of the fluid around, where there is added mass."""
+    energy, u = kinetic_energy(terms.body, state), terms.given["fluid"].velocity
+    for name, acting in terms.acting.items():
+        if (kinetic_of := REGISTRY[name].kinetic) is not None:
+            energy = energy + sum(_as_floats(kinetic_of(one, terms.body, state, u)) for one in acting)
+    return energy
+
+
 def potential_energy(terms: Terms, state: Motions) -> Any:
     """−m g·x [J] of gravity, with the centre of mass x, and that of each effect: see its file.
 

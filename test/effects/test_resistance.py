@@ -159,6 +159,6 @@ def test_tether_that_is_none_is_refused(name):
 
 def test_integrator_that_leaves_drag_out_is_refused():
     with pytest.raises(
-        ValueError, match="integrator 'taylor' leaves out drag, tethers and ground; choose one of auto, "
+        ValueError, match="integrator 'taylor' leaves out drag, tethers, ground and added mass; choose one of auto, "
     ):
         Simulation(BALL, drag=DRAG, integrator="taylor")

@@ -118,9 +118,9 @@ class Remote:
         self._node.create_subscription(kind, topic, messages.append, profile)
         return messages
 
-    def publisher(self, topic):
+    def publisher(self, topic, kind=WrenchStamped):
         """One more publisher of commands, connected to the node."""
-        publisher = self._node.create_publisher(WrenchStamped, topic, 100)
+        publisher = self._node.create_publisher(kind, topic, 100)
         self.wait(lambda: publisher.get_subscription_count() > 0, f"the subscription to {topic}")
         return publisher
 

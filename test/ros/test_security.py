@@ -39,7 +39,7 @@ def always_there(name):
 
 
 def test_policy_allows_the_node_what_it_uses_and_nothing_else(connect, observer):
-    remote = connect({"outputs": ALL_OUTPUTS, "start_paused": True}).ready()
+    remote = connect({"outputs": ALL_OUTPUTS, "start_paused": True, "fluid.velocity": [0.0, 0.0, 0.0]}).ready()
     # It makes the simulated time and never follows another's, so that it needs no right to listen to /clock.
     assert not remote.set_parameter("use_sim_time", True).successful
     namespace = remote.name.rsplit("/", 1)[0]

@@ -206,6 +206,7 @@ def test_dynamic_are_those_of_the_body_what_acts_limits_and_pace():
         *(f"drag.{kind}" for kind in ("linear", "quadratic", "angular_linear", "angular_quadratic")),
         *(f"ground.{kind}" for kind in ("height", "normal", "stiffness", "damping", "friction", "slip_speed")),
         *(f"actuators.<name>.{limit}" for limit in ("min", "max")),
+        "fluid.velocity",
         *(
             f"tethers.<name>.{last}"
             for last in ("body_point", "anchor", "rest_length", "stiffness", "damping", "slack")
@@ -298,10 +299,7 @@ BODY = "the parameters of body are frame_id, mass, inertia, center_of_mass, shap
         ("frame.arm.axes", "did you mean frames.<name>.axes?"),
         ("tethers.stiffness", "did you mean tethers.<name>.stiffness?"),
         # What this package does not have, though a name in its table has letters of it.
-        *(
-            (f"body.{name}", BODY)
-            for name in ("added_mass", "mass_matrix", "drag", "com", "volume", "center_of_gravity")
-        ),
+        *((f"body.{name}", BODY) for name in ("mass_matrix", "drag", "com", "volume", "center_of_gravity")),
         ("body", BODY),
         ("drag.angular", "the parameters of drag are linear, quadratic, angular_linear, angular_quadratic"),
         ("initial.velocity", "the parameters of initial are position, orientation, rpy, linear_velocity, angular_"),

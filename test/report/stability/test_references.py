@@ -5,10 +5,11 @@ import math
 import numpy as np
 import pytest
 
-from bench.reference import make_turning
+from bench.reference import make_added_mass, make_turning
 from rigid_body_sim import Simulation, State
 from rigid_body_sim.report.stability import (
     actuator,
+    added_mass,
     controller,
     damping,
     free,
@@ -68,6 +69,20 @@ def test_closed_form_of_free_rotation_needs_no_short_step():
     simulation.step(100)
     assert rotation.angle_between(orientation, simulation.state.orientation) < 1e-14  # rad; measured 4.2e-16
     assert w_body == pytest.approx(simulation.state.angular_velocity, rel=1e-13)
+
+
+@pytest.mark.parametrize("integrator", ["dop853", "rosenbrock"])
+@pytest.mark.parametrize("ratio", ["1e-4", "1e2", "1e6"])
+def test_solutions_with_added_mass(integrator, ratio):
+    assert error_of(added_mass.case(ratio, 0.1), integrator) < 3e-13  # measured at most 3.5e-14
+
+
+def test_solutions_with_added_mass_are_those_that_the_script_makes():
+    scene, *ratios = added_mass.solutions()
+    assert added_mass.solutions()[scene] == make_added_mass.BODY
+    for ratio in ratios:
+        assert added_mass.solutions()[ratio]["added_mass"] == make_added_mass.added_mass(ratio)
+    assert tuple(ratios) == make_added_mass.RATIOS
 
 
 @pytest.mark.parametrize("gain", [0.1, 0.95])
