@@ -20,7 +20,7 @@ import numpy as np
 
 from . import integrators
 from .effects import REGISTRY
-from .effects.base import KernelEffect, MediumEffect
+from .effects.base import DriveEffect, KernelEffect, MediumEffect
 from .kernels import compiled
 from .kernels import state as flat
 from .kernels.acceleration import acceleration_reader
@@ -86,13 +86,19 @@ def _reached_by_setting(terms: Terms) -> Iterator[Terms]:
 
 
 def everything() -> list[Request]:
-    """What any scene needs in which at most two kinds of load act, or all: every integrator, every reader."""
-    loads = [name for name, effect in REGISTRY.items() if isinstance(effect, KernelEffect)]
+    """What any scene needs in which at most two kinds of load act, or all, or actuators and at most one kind.
+
+    Every integrator, every reader.
+    """
+    loads, drives = (
+        [name for name, effect in REGISTRY.items() if isinstance(effect, kind)] for kind in (KernelEffect, DriveEffect)
+    )
     chosen = {one for count in (0, 1, 2, len(loads)) for one in itertools.combinations(loads, count)}
+    chosen |= {(drive, *one) for drive in drives for one in chosen if len(one) < 2}
     all_terms = [Terms(_BODY, **{name: REGISTRY[name].present for name in names}) for names in sorted(chosen)]
     requests = [Request(flat.read_pose, (np.zeros(flat.SIZE), np.zeros(1)))]
     for terms in all_terms:
-        methods = [one.name for one in integrators.REGISTRY.values() if one.resisted or not terms.loads]
+        methods = [name for name in integrators.REGISTRY if not integrators.shortfall(name, terms)]
         requests += [each for name in methods for each in needed(terms, name, acceleration=True)]
     return requests
 

@@ -25,8 +25,8 @@ TOPIC = "~/journal"  # of the node, so /ns/rigid_body_node/journal in the bag
 TYPE = "std_msgs/msg/String"
 SCENE = "scene"  # first entry
 LOST = "lost"  # entries that could not be kept would stand here
-CALLS = ("set_wrench", "clear_wrench", "change", "apply_impulse", "set_state", "reset", "restart_time")
-COMMANDS = ("set_wrench", "apply_impulse")  # those for which start_on_command waits
+CALLS = ("set_wrench", "clear_wrench", "set_actuators", "change", "apply_impulse", "set_state", "reset", "restart_time")
+COMMANDS = ("set_wrench", "set_actuators", "apply_impulse")  # those for which start_on_command waits
 
 # What mass, inertia and centre of mass may follow from: an entry has what follows, so that a bag is enough.
 _SOURCES = (

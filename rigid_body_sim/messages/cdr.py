@@ -14,6 +14,8 @@ STAMP = struct.Struct("<iI")
 DOUBLE = struct.Struct("<d")
 _LENGTH = struct.Struct("<I")
 _WRENCH = struct.Struct("<6d")
+_NUMBERS = struct.Struct("<4sIII")  # encoding, how many dimensions, offset, how many numbers; then 4 bytes of padding
+_NUMBERS_AT = 20
 
 ENCODINGS = {  # of those that have the fields in a row: order of bytes, and what doubles are aligned to
     b"\x00\x00": (">", 8),
@@ -62,6 +64,19 @@ def split_wrench(data: bytes) -> tuple[bytes, tuple[float, ...]] | None:
     if len(data) != at + _WRENCH.size:
         return None
     return data[TEXT_AT:end], _WRENCH.unpack_from(data, at)
+
+
+def split_numbers(data: bytes) -> tuple[float, ...] | None:
+    """The numbers in a serialised Float64MultiArray whose layout has no dimensions.
+
+    None for bytes of another encoding, layout or length, which whoever knows all of them must judge.
+    """
+    if len(data) < _NUMBERS_AT:
+        return None
+    encoding, dimensions, _, count = _NUMBERS.unpack_from(data)
+    if encoding != LITTLE_ENDIAN or dimensions or len(data) != _NUMBERS_AT + 8 * count:
+        return None
+    return struct.unpack_from(f"<{count}d", data, _NUMBERS_AT)
 
 
 def serialised_text(text: str) -> bytes:

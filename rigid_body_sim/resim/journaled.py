@@ -1,6 +1,6 @@
 """A simulation that tells its journal of every call that decides its motion, and the run repeated by what it told."""
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from fractions import Fraction
 from typing import Any
 
@@ -39,6 +39,11 @@ class JournaledSimulation(Simulation):
         """As Simulation.clear_wrench."""
         super().clear_wrench()
         self._tell(self.steps, "clear_wrench")
+
+    def set_actuators(self, commands: Sequence[float], hold: float | None = None) -> None:
+        """As Simulation.set_actuators."""
+        super().set_actuators(commands, hold)
+        self._tell(self.steps, "set_actuators", commands=self._actuation.commands, hold=hold)
 
     def change(self, **terms: Any) -> None:
         """As Simulation.change."""
@@ -140,6 +145,7 @@ def _change(simulation: Simulation, **terms: Any) -> None:
 _CALLS: dict[str, Callable[..., None]] = {  # by their names in bags.journal
     "set_wrench": lambda simulation, wrench, hold, source: simulation.set_wrench(Wrench(**wrench), hold, source),
     "clear_wrench": Simulation.clear_wrench,
+    "set_actuators": Simulation.set_actuators,
     "change": _change,
     "apply_impulse": lambda simulation, impulse: simulation.apply_impulse(Wrench(**impulse)),
     "set_state": lambda simulation, state: simulation.set_state(_state(state)),

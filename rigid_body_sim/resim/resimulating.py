@@ -129,5 +129,6 @@ class _Run:
 
 def state_hash(simulation: Simulation) -> str:
     """Of everything that decides how the motion would go on, but what is held."""
-    state = simulation.save().state
+    saved = simulation.save()
+    state = saved.state + saved.memory
     return hashlib.sha256(struct.pack(f"<{len(state)}d", *state)).hexdigest()[:16]

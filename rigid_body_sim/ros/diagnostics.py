@@ -65,6 +65,7 @@ def status(
         "wrench held": "yes" if simulation.wrench.points or any(simulation.wrench.values) else "no",
         **{f"{topic} age [s]": "none yet" if age is None else f"{age:.6f}" for topic, age in ages.items()},
         "commands limited": str(now.limited),
+        **_actuators(simulation),
         "recorded": str(now.recording.recorded),
         "dropped": str(now.recording.dropped),
         **{f"refused: {reason}": str(count) for reason, count in sorted(now.refused.items())},
@@ -90,6 +91,13 @@ def _verdict(before: Reading, now: Reading, mode: str, failure: str) -> tuple[by
     if dropped := now.recording.dropped - before.recording.dropped:
         return DiagnosticStatus.WARN, f"{mode}, {dropped} messages found no room in the recorder since the last report"
     return DiagnosticStatus.OK, mode
+
+
+def _actuators(simulation: Simulation) -> dict[str, str]:
+    if not simulation.actuators:
+        return {}
+    limited = str(simulation.commands_limited)
+    return {"actuators": str(len(simulation.actuators)), "actuator commands limited": limited}
 
 
 def _motion(simulation: Simulation) -> dict[str, str]:

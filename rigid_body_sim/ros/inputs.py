@@ -21,7 +21,7 @@ from ..values import rotation
 from ..values.parameter import shown
 from ..values.state import State
 from ..values.wrench import three_finite
-from . import messages
+from . import actuator_inputs, messages
 from .frame_turns import FrameTurns
 from .loop import Loop
 from .wrench_reader import WrenchReader
@@ -54,7 +54,7 @@ class Input:
 class Inputs:
     """The node's subscriptions. What cannot be accepted is counted, warned about, and changes nothing.
 
-    ``ages`` gives the simulated time since each source's latest command; ``limited`` counts those scaled down;
+    ``ages`` gives the simulated time since each source's latest command; ``limited`` counts wrenches scaled down;
     ``inputs`` are the subscriptions themselves.
     """
 
@@ -65,7 +65,9 @@ class Inputs:
         self.refused = Counter(dict.fromkeys(messages.REFUSALS, 0))
         self.limited = 0
         self._hold = scene["wrench.timeout"] or None
-        self._topics = scene["wrench.topics"]
+        actuated = actuator_inputs.topics(scene)
+        self._topics = (*scene["wrench.topics"], *actuated)
+        self._leads = actuator_inputs.leading(scene)
         self._steps: dict[str, int] = {}
         self._wrench_reader = WrenchReader(scene, limit=self._limit)
         self._impulse_reader = WrenchReader(scene, "impulse")
@@ -76,7 +78,11 @@ class Inputs:
         self._subscribe(node, TwistStamped, "set_twist", self._on_set_twist)
         if scene.has_given("fluid"):
             self._subscribe(node, Vector3Stamped, "fluid_velocity", self._on_fluid_velocity)
-        for topic in self._topics:
+        if actuated:
+            self.refused[messages.WRONG_LENGTH] = 0
+        for topic, (kind, read) in actuated.items():
+            self._subscribe(node, kind, topic, self._actuators_callback(topic, read))
+        for topic in scene["wrench.topics"]:
             _check_topic(node, topic)
             self._subscribe(node, WrenchStamped, topic, self._wrench_callback(topic))
 
@@ -107,8 +113,8 @@ class Inputs:
         self.inputs.append(Input(node, kind, topic, self._guarded(callback)))
 
     def _wrench_callback(self, topic: str) -> Callable[[bytes], None]:
-        """What to do with a command on ``topic``; in lockstep, one on the first topic advances the simulation."""
-        leads, reader = topic == self._topics[0], self._wrench_reader
+        """What to do with a wrench on ``topic``."""
+        reader = self._wrench_reader
         turns = FrameTurns(self._scene, topic, self._log.warning)
 
         def on_wrench(data: bytes) -> None:
@@ -119,14 +125,31 @@ class Inputs:
                 raise RefusedError(messages.NOT_FOR_INTEGRATOR, str(reason)) from None
             except ValueError as reason:  # its sum with what other sources hold
                 raise RefusedError(NOT_FINITE, str(reason)) from None
-            steps = self._simulation.steps
-            turns.note(reader.frame, steps - self._steps.get(topic, -math.inf))
-            self._steps[topic] = steps
-            self._loop.set_going()
-            if leads:
-                self._loop.on_command()
+            turns.note(reader.frame, self._simulation.steps - self._steps.get(topic, -math.inf))
+            self._on_held(topic)
 
         return on_wrench
+
+    def _actuators_callback(self, topic: str, read: actuator_inputs.Reader) -> Callable[[bytes], None]:
+        """What to do with a command to actuators on ``topic``."""
+
+        def on_actuators(data: bytes) -> None:
+            numbers = read(data)
+            try:
+                self._simulation.set_actuators(numbers, self._hold)
+            except ValueError as reason:
+                is_whole = len(numbers) == len(self._simulation.actuators)
+                raise RefusedError(NOT_FINITE if is_whole else messages.WRONG_LENGTH, str(reason)) from None
+            self._on_held(topic)
+
+        return on_actuators
+
+    def _on_held(self, topic: str) -> None:
+        """After a command on ``topic`` was accepted, of any kind."""
+        self._steps[topic] = self._simulation.steps
+        self._loop.set_going()
+        if topic in self._leads:
+            self._loop.on_command()
 
     def _limit(self, force: commands.Vector, torque: commands.Vector) -> tuple[commands.Vector, commands.Vector]:
         """Both as sent, or scaled down to the limits."""

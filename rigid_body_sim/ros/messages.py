@@ -21,6 +21,7 @@ NOT_A_ROTATION = "not a rotation"
 NO_FLOW = "no flow"
 MALFORMED = "malformed"
 STOPPED = "stopped"
+WRONG_LENGTH = "wrong length"  # counted where there are actuators
 REFUSALS = (NOT_FINITE, UNKNOWN_FRAME, NOT_FOR_INTEGRATOR, NOT_A_ROTATION, NO_FLOW, MALFORMED, STOPPED)
 
 

@@ -15,6 +15,7 @@ from rclpy.task import Future
 from rclpy.topic_endpoint_info import TopicEndpointInfo
 
 from ..scene.loader import Scene
+from . import actuator_inputs
 from .inputs import Input
 from .loop import Loop
 from .messages import type_name
@@ -42,7 +43,7 @@ class Neighbours:
         self._inputs = {each.end.topic_name: each.end for each in inputs}
         self._mixed = [each.end.topic_name for each in outputs if each.output.topic not in SHARED]
         self._tf = next((each.end.topic_name for each in outputs if each.output.topic == "/tf"), None)
-        self._lead = node.resolve_topic_name(scene["wrench.topics"][0])
+        self._leads = [node.resolve_topic_name(topic) for topic in actuator_inputs.leading(scene)]
         self._outputs = {each.end.topic_name: each.end for each in outputs}
         self._told: set[tuple[str, ...]] = set()
         self._asked: dict[str, Client] = {}  # clients, by the names of nodes that publish on /tf
@@ -153,15 +154,16 @@ class Neighbours:
     def _tell_wait(self) -> None:
         """In lockstep, both sides may wait for each other, each without a word."""
         is_asked = self._loop.mode == "lockstep" and any(e.get_subscription_count() for e in self._outputs.values())
-        senders = self._node.count_publishers(self._lead) if is_asked else 0
+        senders = sum(map(self._node.count_publishers, self._leads)) if is_asked else 0
         still = self._loop.simulation.steps, senders > 0
         self._waited, self._still = self._waited + 1 if is_asked and still == self._still else 0, still
         if not self._waited:
             self._refused_before = self._refused()
         if self._waited != PATIENCE:
             return
-        begin = f"waiting for a command: in lockstep each message on {self._lead} advances the time, and"
-        if senders and not self._inputs[self._lead].get_publisher_count():
+        where = " or ".join(self._leads)
+        begin = f"waiting for a command: in lockstep each message on {where} advances the time, and"
+        if senders and not any(self._inputs[lead].get_publisher_count() for lead in self._leads):
             self._warn(f"{begin} no message of its {senders} publishers can arrive: see the warnings about them")
         elif senders and self._refused() > self._refused_before:
             self._warn(f"{begin} what came in the last {PATIENCE} s was refused: see the warnings about that")
@@ -171,15 +173,15 @@ class Neighbours:
                 "for subscriptions with the durability TRANSIENT_LOCAL, all others begin with a command"
             )
         else:
-            self._once(("nobody", self._lead), f"{begin} nobody publishes there{self._elsewhere()}")
+            self._once(("nobody", where), f"{begin} nobody publishes there{self._elsewhere(self._leads[0])}")
 
-    def _elsewhere(self) -> str:
+    def _elsewhere(self, lead: str) -> str:
         """Where there are commands under the same name in other namespaces, and what would be right."""
-        last, kind = self._lead.rpartition("/")[2], type_name(self._inputs[self._lead].msg_type)
+        last, kind = lead.rpartition("/")[2], type_name(self._inputs[lead].msg_type)
         for topic, kinds in self._node.get_topic_names_and_types():
-            like = topic != self._lead and topic.rpartition("/")[2] == last and kind in kinds
+            like = topic != lead and topic.rpartition("/")[2] == last and kind in kinds
             if like and self._node.count_publishers(topic):
-                return f", but on {topic}; give the publisher this node's namespace, or -r {last}:={self._lead}"
+                return f", but on {topic}; give the publisher this node's namespace, or -r {last}:={lead}"
         return ""
 
 

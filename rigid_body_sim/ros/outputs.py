@@ -175,6 +175,20 @@ def _wrench_applied(scene: Scene, _: Simulation) -> Output:
     return Output("wrench_applied", message, fields, lambda motion: motion.wrench)
 
 
+def _actuator_states(_: Scene, simulation: Simulation) -> Output:
+    from sensor_msgs.msg import JointState
+
+    names = [one.name for one in simulation.actuators]
+    message = JointState(name=names, velocity=[0.0] * len(names), effort=[0.0] * len(names))
+    fields = tuple(f"{what}.{i}" for what in ("velocity", "effort") for i in range(len(names)))
+
+    def values(motion: Motion) -> Numbers:
+        states = motion.simulation.actuator_states
+        return *(one.speed for one in states), *(one.effort for one in states)
+
+    return Output("actuator_states", message, fields, values)
+
+
 def _marker(scene: Scene, simulation: Simulation) -> Output:
     from visualization_msgs.msg import Marker
 
@@ -257,6 +271,7 @@ KINDS: dict[str, Callable[[Scene, Simulation], Output]] = {
     "accel": _accel,
     "imu": _imu,
     "wrench_applied": _wrench_applied,
+    "actuator_states": _actuator_states,
     "marker": _marker,
     "tf": _tf,
     "clock": _clock,

@@ -6,7 +6,9 @@ written.
 """
 
 import struct
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
+from operator import setitem
 from typing import Any
 
 from rclpy.serialization import deserialize_message, serialize_message
@@ -38,13 +40,13 @@ class Typed:
     def __init__(self, message: Any, fields: Sequence[str], stamp: str = HEADER_STAMP):
         self.message = message
         self._stamp = _follow(message, stamp)
-        self._targets = [(_follow(message, path), name) for path, _, name in (f.rpartition(".") for f in fields)]
+        self._setters = [_setter(_follow(message, path), name) for path, _, name in (f.rpartition(".") for f in fields)]
 
     def write(self, stamp_ns: int, values: Sequence[float]) -> Any:
         """The message with this stamp [ns] and these values: what ``Publisher.publish`` takes."""
         self._stamp.sec, self._stamp.nanosec = divmod(stamp_ns, NANOSECONDS)
-        for (target, name), value in zip(self._targets, values, strict=True):
-            setattr(target, name, value)
+        for set_to, value in zip(self._setters, values, strict=True):
+            set_to(value)
         return self.message
 
 
@@ -111,6 +113,10 @@ def _follow(message: Any, path: str) -> Any:
     for name in path.split("."):
         message = message[int(name)] if name.isdigit() else getattr(message, name)
     return message
+
+
+def _setter(target: Any, name: str) -> Callable[[float], None]:
+    return partial(setitem, target, int(name)) if name.isdigit() else partial(setattr, target, name)
 
 
 def _runs(data: bytes, begin: int, places: Sequence[int]) -> list[tuple[Any, bytes, slice]]:

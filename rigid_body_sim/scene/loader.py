@@ -76,6 +76,7 @@ class Scene:
         self.notes = (*source.notes, *self._notes_of_time())
         self.steps_per_publish = self._steps_per_publish()
         self.frames = self._frames()
+        self._check_actuated()
         self.terms()
         self.initial_state()
 
@@ -168,6 +169,17 @@ class Scene:
                 f"the nearest that does is {nearest:.9g}"
             )
         return steps
+
+    def _check_actuated(self) -> None:
+        """Raise ValueError for what needs actuators, where there are none."""
+        if self["actuators.names"]:
+            return
+        for name, given in (("lockstep_on", (self["lockstep_on"],)), ("outputs", self["outputs"])):
+            for value in given:
+                if value.startswith("actuator"):
+                    raise ValueError(
+                        f"parameter {name}: {value} needs actuators, and there are none; name them in actuators.names"
+                    )
 
     def _frames(self) -> dict[str, Frame]:
         names = schema.members("frames", self.values)

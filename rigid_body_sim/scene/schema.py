@@ -15,7 +15,7 @@ from ..values.parameter import MOST_SHOWN, NAMES, Parameter, shown
 
 MISSPELT = 0.75  # of 1: likeness of names at which one is taken for the other, misspelt; mas and mass have 0.86
 MOST_TOLD = 1500  # characters of a message that others made, YAML for one
-OUTPUTS = ("odom", "accel", "imu", "wrench_applied", "marker", "tf", "clock")
+OUTPUTS = ("odom", "accel", "imu", "wrench_applied", "actuator_states", "marker", "tf", "clock")
 
 
 _ZERO = (0.0, 0.0, 0.0)
@@ -56,8 +56,15 @@ TABLE: tuple[Parameter, ...] = (
     Parameter(
         "realtime_priority", int, 0, "SCHED_FIFO priority of the loop, where permitted; 0 = none.", least=0, most=99
     ),
-    Parameter("lockstep", bool, False, "Each message on the first of wrench.topics advances the simulation, no clock."),
-    Parameter("steps_per_command", int, 1, "Steps by which such a message advances it.", least=1, most=1_000_000),
+    Parameter("lockstep", bool, False, "Commands advance the simulation, no clock; see lockstep_on."),
+    Parameter(
+        "lockstep_on",
+        str,
+        "wrench",
+        "Which commands advance it: those on the first of wrench.topics, or those to actuators.",
+        choices=("wrench", "actuators"),
+    ),
+    Parameter("steps_per_command", int, 1, "Steps by which such a command advances it.", least=1, most=1_000_000),
     Parameter("start_paused", bool, False, "Wait for ~/pause or ~/step before the first step."),
     Parameter(
         "start_on_command",
@@ -93,7 +100,7 @@ TABLE: tuple[Parameter, ...] = (
         "wrench.timeout",
         float,
         0.5,
-        "A command acts for the whole steps that fit into this, at least one, then zero; 0 = for ever.",
+        "A command, to actuators too, acts for the whole steps in this, at least one, then zero; 0 = for ever.",
         "s",
         least=0.0,
         most=1e9,
@@ -194,8 +201,7 @@ TABLE: tuple[Parameter, ...] = (
         "record.topics",
         NAMES,
         (),
-        "Topics recorded; empty = all: pose, twist, outputs, wrench.topics, impulse, set_pose, set_twist, "
-        "fluid_velocity.",
+        "Topics recorded; empty = all: pose, twist, outputs, commands, impulse, set_pose, set_twist, fluid_velocity.",
     ),
 )
 

@@ -127,5 +127,6 @@ def deep_queues(namespace, parameters):
         return {}
     sent = ["pose", "twist", *(topic for topic in parameters.get("outputs", ()) if topic not in ("clock", "tf"))]
     taken = [topic for topic in parameters.get("wrench.topics", ("wrench",)) if not topic.startswith("/")]
+    taken += ["actuator_commands"] if parameters.get("actuators") else []
     ends = [*(f"{topic}.publisher" for topic in sent), *(f"{topic}.subscription" for topic in taken)]
     return {f"qos_overrides.{namespace}/{end}.depth": DEEP_QUEUE for end in ends}
