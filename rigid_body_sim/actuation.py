@@ -95,14 +95,20 @@ class Actuation:
         return lambda within: pack(*(within[i] for i in self._acting))
 
     def states(self, model: Floats, w_body: Sequence[float]) -> tuple[ActuatorState, ...]:
-        """What each does now, on a body that turns with ``w_body`` [rad/s]."""
-        levels, spins = ([0.0] * len(self.actuators) for _ in range(2))
+        """What each does now, on a body that turns with ``w_body`` [rad/s].
+
+        One without lag and delay does what it is commanded now, as it will when a step begins.
+        """
+        within = self.within
+        levels, spins = within.copy(), [0.0] * len(self.actuators)
         if self._acting:
             memory, count = int(model[MEMORY]), int(model[int(model[DRIVE]) + drive.COUNT])
             for k, i in enumerate(self._acting):
-                levels[i] = float(model[memory + drive.LEVELS * count + k])
+                offset, late = model[memory + drive.OFFSETS * count + k], model[memory + drive.LENGTHS * count + k]
+                if self.actuators[i].time_constant > 0.0 or offset or late:
+                    levels[i] = float(model[memory + drive.LEVELS * count + k])
                 spins[i] = float(model[memory + drive.SPINS * count + k])
-        each = zip(self.actuators, self.within, levels, spins, strict=True)
+        each = zip(self.actuators, within, levels, spins, strict=True)
         return tuple(_state(*one, w_body) for one in each)
 
 

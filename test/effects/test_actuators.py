@@ -350,3 +350,23 @@ EXPECTED = {
         0.04945591808991951,
     ],
 }
+
+
+def test_states_do_not_depend_on_who_reads_the_acceleration():
+    """It lets commands that act at once take effect; so do the states, as for a wrench that is held."""
+    actuators = (
+        PUSH,
+        SPIN,
+        Actuator("jet", "thruster", -5.0, 5.0),
+        Actuator("late", "thruster", -5.0, 5.0, delay=0.015),
+    )
+    quiet, read = (Simulation(SATELLITE, START, rate=100.0, actuators=actuators) for _ in range(2))
+    for commands in ([1.0, 0.05, 2.0, 3.0], [-1.0, -0.05, 4.0, 1.0]):
+        for sim in (quiet, read):
+            sim.set_actuators(commands, 0.04)
+        for _ in range(6):
+            assert len(read.acceleration) == 6
+            assert read.actuator_states == quiet.actuator_states
+            for sim in (quiet, read):
+                sim.step()
+    assert read.save() == quiet.save()

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from rigid_body_sim import Body, Simulation, State, Wrench
+from rigid_body_sim import Actuator, Body, Simulation, State, Wrench
 from rigid_body_sim.effects.drag import Drag
 from rigid_body_sim.effects.tether import Tether
 from rigid_body_sim.values.rotation import rotate
@@ -13,6 +13,11 @@ MOVING = State((1.0, 2.0, 3.0), (0.4, 0.2, -0.8, 0.4), (-0.5, 0.2, 1.0), (1.1, -
 GRAVITY = (0.3, -0.2, -9.8)
 EVERY = Wrench((1.0, -2.0, 3.0), (0.3, 0.2, -0.4), (2.0, 1.0, -1.0), (-0.2, 0.5, 0.1), [((0.3, 0.1, -0.2), (1, 2, 3))])
 DRAG = Drag((0.3, 0.2, 0.1), (0.2, 0.1, 0.4), (0.03, 0.02, 0.01), (0.02, 0.03, 0.01))
+ACTUATORS = (
+    Actuator("rotor", "rotor", 0.0, 900.0, (0.2, -0.1, 0.0), (0.1, 0.0, 1.0), 0.05, 0.0, 2e-5, 3e-7, "cw", 2e-4),
+    Actuator("jet", "thruster", -5.0, 5.0, (0.0, 0.3, 0.1), (1.0, 1.0, 0.0), initial=1.0, time_constant=0.2),
+    Actuator("wheel", "wheel", -0.2, 0.2, axis=(1.0, 1.0, 0.0), inertia=1e-3, initial=200.0),
+)
 TETHER = Tether((0.2, 0.1, 0.0), (0.0, 0.0, 5.0), 1.0, 30.0, 2.0)
 # Ninth central difference: exact for polynomials of degree 8.
 WEIGHTS = np.array([1 / 280, -4 / 105, 1 / 5, -4 / 5, 0.0, 4 / 5, -1 / 5, 4 / 105, -1 / 280])
@@ -24,14 +29,17 @@ WEIGHTS = np.array([1 / 280, -4 / 105, 1 / 5, -4 / 5, 0.0, 4 / 5, -1 / 5, 4 / 10
         (Wrench(), {}, 1e-11),  # measured 4.1e-13
         (EVERY, {}, 1e-11),  # measured 4e-13
         (EVERY, {"integrator": "rk4", "drag": DRAG, "tethers": (TETHER,)}, 2e-9),  # measured 1.8e-10, which is rk4's
+        (EVERY, {"actuators": ACTUATORS}, 1e-11),  # measured 2.4e-13
+        (EVERY, {"actuators": ACTUATORS, "drag": DRAG, "rtol": 1e-13}, 1e-11),  # measured 1.4e-13
     ],
-    ids=["free", "held wrench", "drag and tether"],
+    ids=["free", "held wrench", "drag and tether", "actuators", "actuators and drag"],
 )
 def test_acceleration_is_the_derivative_of_the_velocities(wrench, options, error):
     """Of a turned, spinning body whose centre of mass is off the origin of its frame."""
     rate = 1000.0
     sim = Simulation(BODY, MOVING, rate=rate, gravity=GRAVITY, **options)
     sim.set_wrench(wrench)
+    sim.set_actuators([600.0, -3.0, 0.15][: len(sim.actuators)])
     velocities, acceleration = [], ()
     for k in range(9):
         state = sim.state

@@ -1,4 +1,4 @@
-"""Actuators over DDS: commands in, states out, the same on every run; what is refused, and until when a command acts."""
+"""Actuators over DDS: commands in, states out, the same on every run; what is refused, and how long a command acts."""
 
 import hashlib
 import math
@@ -14,6 +14,7 @@ from .remote import stamp_ns
 
 pytest.importorskip("rclpy")
 pytestmark = pytest.mark.ros
+AccelStamped = pytest.importorskip("geometry_msgs.msg").AccelStamped
 Float64MultiArray = pytest.importorskip("std_msgs.msg").Float64MultiArray
 JointState = pytest.importorskip("sensor_msgs.msg").JointState
 
@@ -98,7 +99,9 @@ class Driver:
 
 @pytest.fixture(scope="module")
 def drivers(connect_shared):
-    return [Driver(connect_shared(SCENE)) for _ in range(2)]
+    both = [Driver(connect_shared(SCENE)) for _ in range(2)]
+    both[0].remote.listen(AccelStamped, "accel")  # who listens changes nothing
+    return both
 
 
 def lockstep(driver):
@@ -223,7 +226,7 @@ def test_command_acts_until_its_timeout_and_no_longer(connect):
     driver.remote.wait_arrived(TOPIC)
     driver.remote.pause(False)
     track, states = driver.collect(60)
-    assert [one.effort[0] for one in states] == [3.0] * 49 + [0.0] * 11  # of the step's end, when the next one begins
+    assert [one.effort[0] for one in states] == [3.0] * 49 + [0.0] * 11  # what it does from that step on
     assert track.linear[-1] == pytest.approx((0.0, 3.0 * 0.25 / 2.0, 0.0), rel=0, abs=1e-15)  # measured 0
 
 
