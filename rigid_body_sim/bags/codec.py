@@ -20,6 +20,7 @@ from ..messages.cdr import (
     TEXT_AT,
     Layout,
     aligned,
+    split_numbers,
 )
 
 Bytes = NDArray[np.uint8]
@@ -112,6 +113,19 @@ def decode_text(data: bytes) -> str:
     text = fields.text()
     fields.end()
     return text
+
+
+def decode_numbers(data: bytes) -> tuple[float, ...]:
+    """The numbers in a serialised std_msgs/msg/Float64MultiArray. Raises NotCdrError for what is none."""
+    if (numbers := split_numbers(data)) is not None:
+        return numbers
+    fields = _Fields(data)
+    for _ in range(fields.number("I")):
+        fields.text(), fields.number("I"), fields.number("I")
+    fields.number("I")
+    numbers = tuple(fields.number("d") for _ in range(fields.number("I")))
+    fields.end()
+    return numbers
 
 
 class _Fields:

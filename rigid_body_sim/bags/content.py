@@ -8,7 +8,8 @@ from ..messages.cdr import LAYOUTS
 from .rosbags_support import BagError
 
 TEXT = "std_msgs/msg/String"
-JOURNAL = "journal"  # last part of its topic's name
+NUMBERS = "std_msgs/msg/Float64MultiArray"
+JOURNAL, OF_ACTUATORS = "journal", "actuator_commands"  # last parts of their topics' names
 
 
 class DamagedError(Exception):
@@ -39,7 +40,8 @@ class Topic:
 
     def __post_init__(self) -> None:
         # Whether the messages themselves are read, too.
-        self.wanted = self.kind in LAYOUTS or (self.kind == TEXT and self.name.split("/")[-1] == JOURNAL)
+        named = self.kind, self.name.split("/")[-1]
+        self.wanted = self.kind in LAYOUTS or named in ((TEXT, JOURNAL), (NUMBERS, OF_ACTUATORS))
 
     def __len__(self) -> int:
         return self.not_taken + len(self.receive_ns)

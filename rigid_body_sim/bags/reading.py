@@ -13,7 +13,7 @@ from ..kernels.arrays import Floats, Integers
 from ..messages.cdr import LAYOUTS
 from ..scene.schema import shown_name
 from . import codec, files, unpacking
-from .content import TEXT, Channel, DamagedError, Losses, Topic
+from .content import NUMBERS, TEXT, Channel, DamagedError, Losses, Topic
 from .rosbags_support import BagError, require, typestore
 
 WRENCHES = ("geometry_msgs/msg/WrenchStamped", "geometry_msgs/msg/Wrench")
@@ -48,6 +48,17 @@ class Messages:
 
 
 @dataclass(frozen=True)
+class Numbers:
+    """The messages of one topic that are any numbers without a header, in the order in which they were received."""
+
+    receive_ns: Integers  # (n,), rising
+    values: list[tuple[float, ...]]  # n of them
+
+    def __len__(self) -> int:
+        return len(self.values)
+
+
+@dataclass(frozen=True)
 class Bag:
     """What a bag holds of the kinds known here, by topic; ``notes`` are sentences about how it was read."""
 
@@ -55,6 +66,7 @@ class Bag:
     wrenches: dict[str, Messages] = field(default_factory=dict)
     poses: dict[str, Messages] = field(default_factory=dict)
     twists: dict[str, Messages] = field(default_factory=dict)
+    numbers: dict[str, Numbers] = field(default_factory=dict)
     journal: list[str] = field(default_factory=list)  # JSON texts, in the order of writing
     types: dict[str, str] = field(default_factory=dict)  # type of every topic that has a message
     counts: dict[str, int] = field(default_factory=dict)  # of their messages
@@ -105,6 +117,9 @@ def _take(bag: Bag, topic: Topic) -> None:
         texts = [_text(bag.path, topic, data) for data in topic.data]
         bag.journal.extend([texts[i] for i in np.argsort(topic.receive_ns, kind="stable")])
         return
+    if topic.kind == NUMBERS:
+        bag.numbers[topic.name] = _numbers(bag, topic)
+        return
     messages = _messages(bag, topic)
     for home, kinds in ((bag.wrenches, WRENCHES), (bag.poses, POSES), (bag.twists, TWISTS)):
         if topic.kind in kinds:
@@ -121,15 +136,36 @@ def _messages(bag: Bag, topic: Topic) -> Messages:
         try:
             stamp_ns[i], frame_ids[i], child_ids[i], values[i] = codec.decode_one(topic.data[i], layout)
         except codec.NotCdrError as reason:
-            if not (bag.journal and topic.kind in WRENCHES):
-                raise _not_one(bag.path, topic, topic.data[i], f"message {i + 1}", reason) from None
-            bad.append(i)
-    if bad:  # the node records what it refuses, too
-        bag.notes.append(f"{len(bad)} messages on {topic.name} are no {topic.kind}: left out, as the node does.")
-    order = np.argsort(topic.receive_ns, kind="stable")  # files of one bag may overlap
-    order = order[~np.isin(order, bad)]
-    receive_ns = np.array(topic.receive_ns, np.int64)
+            _note_bad(bag, topic, i, reason, bad)
+    order, receive_ns = _in_order(bag, topic, bad), np.array(topic.receive_ns, np.int64)
     return Messages(receive_ns[order], stamp_ns[order], values[order], frame_ids[order], child_ids[order])
+
+
+def _numbers(bag: Bag, topic: Topic) -> Numbers:
+    values, bad = list[tuple[float, ...]](), list[int]()
+    for i, data in enumerate(topic.data):
+        values.append(())
+        try:
+            values[i] = codec.decode_numbers(data)
+        except codec.NotCdrError as reason:
+            _note_bad(bag, topic, i, reason, bad)
+    order = _in_order(bag, topic, bad)
+    return Numbers(np.array(topic.receive_ns, np.int64)[order], [values[i] for i in order.tolist()])
+
+
+def _note_bad(bag: Bag, topic: Topic, i: int, reason: Exception, bad: list[int]) -> None:
+    """Note message i as none of its type. Raises BagError, but where the node's own recorder has what was refused."""
+    if not (bag.journal and topic.kind in (*WRENCHES, NUMBERS)):
+        raise _not_one(bag.path, topic, topic.data[i], f"message {i + 1}", reason) from None
+    bad.append(i)
+
+
+def _in_order(bag: Bag, topic: Topic, bad: list[int]) -> Integers:
+    """Indices of the messages but the bad ones, as they were received: files of one bag may overlap."""
+    if bad:
+        bag.notes.append(f"{len(bad)} messages on {topic.name} are no {topic.kind}: left out, as the node does.")
+    order = np.argsort(topic.receive_ns, kind="stable")
+    return order[~np.isin(order, bad)]
 
 
 def _meant(messages: Messages, kind: str, poses: bool) -> Messages:

@@ -4,6 +4,8 @@ import functools
 import importlib
 from typing import Any
 
+ACTUATORS = "actuator_msgs/msg/Actuators"  # which is in a package of its own
+_OTHERS = {ACTUATORS: "std_msgs/Header header\nfloat64[] position\nfloat64[] velocity\nfloat64[] normalized\n"}
 HOW_TO_INSTALL = "pip install '.[bag,fast]' in the folder of rigid_body_sim"
 
 
@@ -24,8 +26,11 @@ def require() -> None:
 
 @functools.cache
 def typestore() -> Any:
-    """The message types of ROS 2 Jazzy. Raises BagError without rosbags."""
+    """The message types of ROS 2 Jazzy, and others that a node may take. Raises BagError without rosbags."""
     require()
-    from rosbags.typesys import Stores, get_typestore
+    from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-    return get_typestore(Stores.ROS2_JAZZY)
+    store = get_typestore(Stores.ROS2_JAZZY)
+    for kind, definition in _OTHERS.items():
+        store.register(get_types_from_msg(definition, kind))
+    return store

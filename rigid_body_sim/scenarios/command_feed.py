@@ -1,7 +1,7 @@
 """The commands of a scenario, given one after the other as the node takes them: frames, limits, timeouts, lockstep."""
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any, Protocol
 
 import numpy as np
@@ -31,6 +31,9 @@ class Holder(Protocol):
     def set_wrench(self, wrench: Wrench, hold: float | None, source: str) -> None:
         """As Simulation.set_wrench; a ValueError leaves the command out."""
 
+    def set_actuators(self, commands: Sequence[float], hold: float | None) -> None:
+        """As Simulation.set_actuators."""
+
 
 class CommandFeed:
     """Gives ``holder`` the commands of a scenario without a journal, and has it ``advance(step)`` in between.
@@ -46,6 +49,8 @@ class CommandFeed:
         self._advance = advance
         self._last_step = scenario.last_step(scene["rate"])
         self._hold = scene["wrench.timeout"] or None
+        self._actuators = len(scene["actuators.names"])
+        self._to_actuators = scenario.commands.actuators if scenario.commands else ()
         self._limit = _limit(scene)
         self._meanings: dict[str, commands.Meaning] = {}
         self.refused, self.reason, self.begun = 0, "", False
@@ -69,9 +74,9 @@ class CommandFeed:
         for block in _blocks(first, last):
             self._report()
             rows = zip(steps[block].tolist(), *_columns(given.part(block)), strict=True)
-            for step, topic, frame_id, force, torque in rows:
+            for step, topic, frame_id, numbers in rows:
                 advance(step)
-                accept(topic, frame_id, force, torque, hold)
+                accept(topic, frame_id, numbers, hold)
         advance(self._last_step)
 
     def _hold_earlier(self, given: Commands, steps: Integers) -> int:
@@ -86,8 +91,8 @@ class CommandFeed:
                 rate = self._scene["rate"]
                 hold = (steps_held(hold, rate) + int(steps[mine[-1]])) / rate
             if hold is None or hold > 0.0:
-                ((name, frame_id, force, torque),) = zip(*_columns(given.part(mine[-1:])), strict=True)
-                self._accept(name, frame_id, force, torque, hold)
+                ((name, frame_id, numbers),) = zip(*_columns(given.part(mine[-1:])), strict=True)
+                self._accept(name, frame_id, numbers, hold)
         return first
 
     def _answer_commands(self, given: Commands) -> None:
@@ -96,8 +101,8 @@ class CommandFeed:
         for block in _blocks(0, len(given.values)):
             self._report()
             rows = zip(given.time_ns[block].tolist(), *_columns(given.part(block)), strict=True)
-            for receive_ns, topic, frame_id, force, torque in rows:
-                if self._accept(topic, frame_id, force, torque, self._hold) and topic == given.topics[0]:
+            for receive_ns, topic, frame_id, numbers in rows:
+                if self._accept(topic, frame_id, numbers, self._hold) and topic == given.topics[0]:
                     self.led_ns.append(receive_ns)
                     self._advance(holder.steps + n)
         if holder.steps < self._last_step:
@@ -109,22 +114,25 @@ class CommandFeed:
     def _report(self) -> None:
         self._progress(self._holder.steps / self._scene["rate"])
 
-    def _accept(
-        self, topic: str, frame_id: str, force: commands.Vector, torque: commands.Vector, hold: float | None
-    ) -> bool:
+    def _accept(self, topic: str, frame_id: str, numbers: Sequence[float], hold: float | None) -> bool:
         """Hold a command, or leave it out as the node does; whether it is held."""
         try:
-            meaning = self._meanings.get(frame_id)
-            if meaning is None:
-                meaning = self._meanings[frame_id] = commands.meaning(frame_id, self._scene, "wrench")
-            wrench = commands.make_wrench(meaning, force, torque, "wrench", self._limit)
-            self._holder.set_wrench(wrench, hold, topic)
+            if topic in self._to_actuators:
+                self._holder.set_actuators(numbers[: self._actuators], hold)
+            else:
+                self._holder.set_wrench(self._wrench(frame_id, numbers), hold, topic)
         except (commands.RefusedError, ValueError) as reason:
             self.refused += 1
             self.reason = self.reason or str(reason)
             return False
         self.begun = True
         return True
+
+    def _wrench(self, frame_id: str, numbers: Sequence[float]) -> Wrench:
+        meaning = self._meanings.get(frame_id)
+        if meaning is None:
+            meaning = self._meanings[frame_id] = commands.meaning(frame_id, self._scene, "wrench")
+        return commands.make_wrench(meaning, numbers[:3], numbers[3:6], "wrench", self._limit)
 
 
 def _blocks(first: int, last: int) -> Iterator[slice]:
@@ -134,9 +142,8 @@ def _blocks(first: int, last: int) -> Iterator[slice]:
 
 
 def _columns(given: Commands) -> tuple[list[Any], ...]:
-    """Topic, frame, force and torque of each command."""
-    names = [given.topics[i] for i in given.topic.tolist()]
-    return names, given.frame_ids.tolist(), given.values[:, :3].tolist(), given.values[:, 3:].tolist()
+    """Topic, frame and numbers of each command."""
+    return [given.topics[i] for i in given.topic.tolist()], given.frame_ids.tolist(), given.values.tolist()
 
 
 def _limit(scene: Scene) -> commands.Limit:

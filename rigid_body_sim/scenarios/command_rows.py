@@ -2,7 +2,7 @@
 
 import logging
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from .. import integrators
@@ -19,6 +19,7 @@ _INSTEAD = (
     "simulate the bag with rigid_body_resim, or give it to a Simulation.from_scene(scene) when that is at this step"
 )
 _NO_WRENCH = {  # calls in a journal that a schedule does not hold, in words
+    "set_actuators": "a command to actuators",
     "apply_impulse": "an impulse",
     "set_state": "a state that was set",
     "change": "a change of parameters",
@@ -112,6 +113,12 @@ class _Noted:
         held, is_only = self._held.having(source, wrench, end), self._held.sources.keys() == {source}
         # The only source's is held as it is, as a simulation does; a sum makes 0.0 of -0.0.
         self._hold(held, wrench if is_only else held.total)
+
+    def set_actuators(self, commands: Sequence[float], hold: float | None) -> None:
+        """Raises BagError."""
+        raise BagError(
+            f"{self._path}: for {self._now} it has a command to actuators, which a schedule does not hold: {_INSTEAD}"
+        )
 
     def clear_wrench(self) -> None:
         """Hold no wrench, from no source."""

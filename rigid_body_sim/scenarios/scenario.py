@@ -54,8 +54,9 @@ class Commands:
     topics: tuple[str, ...]  # the first leads in lockstep
     topic: Integers  # (n,) index into topics
     time_ns: Integers  # (n,) simulated time since the start; without meaning in lockstep
-    values: Floats  # (n, 6) force [N] and torque [N m]
+    values: Floats  # (n, 6 or more) force [N] and torque [N m], or numbers for actuators; then zeros
     frame_ids: NDArray[np.object_]  # (n,) of str
+    actuators: frozenset[str] = frozenset()  # the topics with commands to actuators
 
     def part(self, which: Integers | slice) -> "Commands":
         """Some of them."""
@@ -398,13 +399,28 @@ def _by_time(
     """In the order in which they took effect, with times as in the poses' stamps."""
     chosen, times_ns, longest_ns = [], [], scene["wrench.timeout"] * NANOSECONDS or math.inf
     for name in names:
-        messages = bag.wrenches[name]
+        messages = _given(bag, name, scene, notes)
         times = timing.of_commands(messages, poses, asked)
         notes += [_told(name, times), timing.oddities(f"Times of {name}", times.ns, longest_ns)]
         order = timing.order(bag.path, name, times.ns, "choose --times receive, or cut the bag there")
         chosen.append(_chosen(messages, order))
         times_ns.append(times.ns[order])
-    return _merged(names, chosen, times_ns)
+    return _merged(bag, names, chosen, times_ns)
+
+
+def _given(bag: Bag, name: str, scene: Scene, notes: list[str]) -> Messages:
+    """The commands on a topic; of those to actuators, the ones that have as many numbers."""
+    if name not in bag.numbers:
+        return bag.wrenches[name]
+    numbers, count = bag.numbers[name], len(scene["actuators.names"])
+    whole = np.array([len(values) == count for values in numbers.values], bool)
+    if wrong := int((~whole).sum()):
+        notes.append(f"{wrong} messages on {name} do not have {count} numbers: left out, as the node does.")
+    kept = [values for values, is_whole in zip(numbers.values, whole.tolist(), strict=True) if is_whole]
+    nameless = np.full(len(kept), "", object)
+    stamp_ns = np.zeros(len(kept), np.int64)
+    values = np.array(kept, float).reshape(len(kept), count)
+    return Messages(numbers.receive_ns[whole], stamp_ns, values, nameless, nameless)
 
 
 def _since(epoch_ns: int, commands: Commands) -> Commands:
@@ -422,24 +438,29 @@ def _in_lockstep(bag: Bag, names: Sequence[str], scene: Scene, start: Messages |
             f"Lockstep: each command on {names[0]} advances the simulation by {scene['steps_per_command']} steps, "
             "in the order in which they were received."
         )
-    given = [bag.wrenches[name] for name in names]
-    merged = _merged(names, given, [messages.receive_ns for messages in given])
+    given = [_given(bag, name, scene, notes) for name in names]
+    merged = _merged(bag, names, given, [messages.receive_ns for messages in given])
     if start is None:
         return merged
     return merged.part(merged.time_ns > start.receive_ns[0])
 
 
-def _merged(names: Sequence[str], given: Sequence[Messages], times_ns: Sequence[Integers]) -> Commands:
+def _merged(bag: Bag, names: Sequence[str], given: Sequence[Messages], times_ns: Sequence[Integers]) -> Commands:
     if not names:
-        return Commands(
-            (), *(np.zeros(shape, kind) for shape, kind in ((0, int), (0, int), ((0, 6), float), (0, object)))
-        )
+        none = np.zeros(0, int)
+        return Commands((), none, none, np.zeros((0, 6)), np.zeros(0, object))
     time_ns = np.concatenate(times_ns)
     order = np.argsort(time_ns, kind="stable")
     topic = np.repeat(np.arange(len(given)), [len(messages) for messages in given])
-    values = np.concatenate([messages.values for messages in given])
+    width = max(6, *(messages.values.shape[1] for messages in given))
+    values = np.concatenate([_padded(messages.values, width) for messages in given])
     frame_ids = np.concatenate([messages.frame_ids for messages in given])
-    return Commands(tuple(names), topic[order], time_ns[order], values[order], frame_ids[order])
+    actuators = frozenset(names) & bag.numbers.keys()
+    return Commands(tuple(names), topic[order], time_ns[order], values[order], frame_ids[order], actuators)
+
+
+def _padded(values: Floats, width: int) -> Floats:
+    return np.pad(values, ((0, 0), (0, width - values.shape[1])))
 
 
 def _chosen(messages: Messages, which: Integers | NDArray[np.bool_] | slice) -> Messages:

@@ -2,8 +2,8 @@
 
 from collections.abc import Collection, Mapping, Sequence
 
-from ..bags.reading import POSES, Bag, Messages
-from ..bags.rosbags_support import BagError
+from ..bags.reading import POSES, Bag
+from ..bags.rosbags_support import ACTUATORS, BagError
 from ..scene.loader import Scene
 
 NOT_COMMANDS = ("impulse", "wrench_applied")  # of type WrenchStamped, too
@@ -15,14 +15,30 @@ A_POSE = "geometry_msgs/PoseStamped, PoseWithCovarianceStamped or TransformStamp
 
 
 def commands(bag: Bag, scene: Scene, asked: Sequence[str]) -> tuple[str, ...]:
-    """Names of the topics with wrench commands: those asked for, else those of the scene, else the only one.
+    """Names of the topics with commands: those asked for, else those of the scene, or the only one with wrenches.
 
     The first leads in lockstep. None for a bag with poses and without commands. Raises BagError when there is neither,
     or no telling which.
     """
+    actuators = _to_actuators(bag, scene)
     if asked:
         heard = [name for name in asked if not any(_is(silent, name) for silent in bag.silent)]
-        return tuple(_of_type(bag, name, bag.wrenches, A_COMMAND) for name in heard)
+        known = {**bag.wrenches, **{name: bag.numbers[name] for name in actuators}}
+        return tuple(_of_type(bag, name, known, A_COMMAND) for name in heard)
+    wrenches = _with_wrenches(bag, scene)
+    return actuators + wrenches if scene["lockstep_on"] == "actuators" else wrenches + actuators
+
+
+def _to_actuators(bag: Bag, scene: Scene) -> tuple[str, ...]:
+    """The topic on which there is a command with as many numbers as the scene has actuators."""
+    count = len(scene["actuators.names"])
+    found = [name for name, given in bag.numbers.items() if count and count in map(len, given.values)]
+    if len(found) > 1:
+        raise BagError(f"{bag.path}: has commands to the actuators of several bodies: {_listed(found)}; cut it to one")
+    return tuple(found)
+
+
+def _with_wrenches(bag: Bag, scene: Scene) -> tuple[str, ...]:
     found = [name for name in bag.wrenches if _last(name) not in NOT_COMMANDS]
     named = [[name for name in found if _is(name, topic)] for topic in scene["wrench.topics"]]
     if any(named) and all(len(names) <= 1 for names in named):
@@ -75,12 +91,15 @@ def there(bag: Bag) -> str:
 
 def left_out(bag: Bag, known: Collection[str]) -> list[str]:
     """Topics that changed the motion, perhaps, and of whose messages only the node's own journal knows the effect."""
-    return [name for name in bag.types if _last(name) in OTHERS and name not in known]
+    return [
+        name for name, kind in bag.types.items() if (_last(name) in OTHERS or kind == ACTUATORS) and name not in known
+    ]
 
 
 def not_used(bag: Bag, known: Collection[str]) -> list[str]:
     """Further topics that may be commands."""
-    return [name for name in bag.wrenches if _last(name) not in NOT_COMMANDS and name not in known]
+    found = (*bag.wrenches, *bag.numbers)
+    return [name for name in found if _last(name) not in NOT_COMMANDS and name not in known]
 
 
 def not_compared(bag: Bag, pose: str | None) -> list[str]:
@@ -93,7 +112,7 @@ def counted(bag: Bag, names: Collection[str]) -> str:
     return _listed([f"{name} ({bag.counts[name]} {bag.types[name]})" for name in names])
 
 
-def _of_type(bag: Bag, asked: str, messages: Mapping[str, Messages], kind: str) -> str:
+def _of_type(bag: Bag, asked: str, messages: Mapping[str, object], kind: str) -> str:
     found = [name for name in bag.types if _is(name, asked)]
     if not found:
         raise BagError(f"{bag.path}: has no topic {asked}; it has {_listed(bag.types)}")

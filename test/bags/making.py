@@ -76,6 +76,11 @@ def transform_stamped(stamp_ns, frame_id, child_id, numbers):
     return T["geometry_msgs/msg/TransformStamped"](header(stamp_ns, frame_id), child_id, transform)
 
 
+def numbers(given):
+    layout = T["std_msgs/msg/MultiArrayLayout"]([], 0)
+    return T["std_msgs/msg/Float64MultiArray"](layout, np.array(given, float))
+
+
 def text(data):
     return T["std_msgs/msg/String"](data)
 

@@ -52,6 +52,9 @@ def sends(scene, seconds, per_second=100.0, topic="/wrench", seed=3, frames=("ba
 
 def hold(simulation, scene, send):
     """As the node does."""
+    if send.topic == "/actuator_commands":
+        simulation.set_actuators(send.numbers, scene["wrench.timeout"] or None)
+        return
     meaning = commands.meaning("" if send.raw else send.frame_id, scene, "wrench")
     wrench = commands.make_wrench(meaning, send.numbers[:3], send.numbers[3:], "wrench", limit(scene))
     simulation.set_wrench(wrench, scene["wrench.timeout"] or None, send.topic)
@@ -68,6 +71,8 @@ def limit(scene):
 
 
 def message(send, epoch_ns):
+    if send.topic == "/actuator_commands":
+        return making.numbers(send.numbers)
     if send.raw:
         return making.wrench(send.numbers)
     stamp_ns = epoch_ns + send.at_ns if send.stamp_ns is None else send.stamp_ns
@@ -109,15 +114,16 @@ def in_real_time(scene, given, seconds, *, lag_ns=0, factor=1.0, epoch_ns=making
 def in_lockstep(scene, given):
     """The same in lockstep, the commands in the given order; a refused one advances nothing."""
     simulation, now_ns = Simulation.from_scene(scene), making.EPOCH_NS
+    leading = "/actuator_commands" if scene["lockstep_on"] == "actuators" else "/wrench"
     messages = outputs(scene, simulation, 0, now_ns)
     for send in given:
         now_ns += 1_000_000
         messages.append((send.topic, now_ns, message(send, 0)))
         try:
             hold(simulation, scene, send)
-        except commands.RefusedError:
+        except (commands.RefusedError, ValueError):
             continue
-        if send.topic == "/wrench":
+        if send.topic == leading:
             simulation.step(scene["steps_per_command"])
             messages += outputs(scene, simulation, 0, now_ns + 300_000)
     return messages
@@ -133,7 +139,7 @@ def with_journal(scene, given, seconds, also=()):
 
     def note(step, call, values):
         nonlocal now_ns, begun
-        begun = call in ("set_wrench", "apply_impulse") or (begun and call != "reset")
+        begun = call in journal.COMMANDS or (begun and call != "reset")
         now_ns += 1
         messages.append(("/node/journal", now_ns, making.text(journal.text(now_ns, step, call, values))))
 

@@ -2,6 +2,7 @@
 
 import json
 import random
+from dataclasses import replace
 
 import pytest
 
@@ -27,8 +28,19 @@ SCENES = {
         "tethers.rope.damping": 10.0,
     },
 }
+SCENES["actuators"] = {
+    **SCENES["smooth"],
+    "actuators": {
+        "names": ["rotor", "jet", "wheel"],
+        "rotor": {"type": "rotor", "min": 0.0, "max": 900.0, "thrust_coefficient": 2e-5, "time_constant": 0.02},
+        "jet": {"type": "thruster", "min": -5.0, "max": 5.0, "position": [0.1, 0.2, 0.0], "delay": 0.0033},
+        "wheel": {"type": "wheel", "min": -1.0, "max": 1.0, "inertia": 1e-3, "time_constant": 0.05, "max_speed": 90.0},
+    },
+}
+SCENES["actuators and drag"] = {**SCENES["actuators"], "drag.quadratic": [0.3, 0.1, 0.2]}
 EPOCH_NS = 1_700_000_000_987_654_321
 MOTIONS = 150
+HOLDS = [None, 0.004, 0.1]  # s
 
 
 class Run:
@@ -65,10 +77,17 @@ def wrench(rng):
     return Wrench(*parts, points=points)
 
 
+def command(rng, sim):
+    """To the actuators, where there are any; or limits of their own, under which they go on."""
+    if rng.random() < 0.3:
+        sim.change(actuators=[replace(one, max=rng.uniform(0.1, 900.0)) for one in sim.actuators])
+    sim.set_actuators([rng.gauss(0.0, scale) for scale in (900.0, 5.0, 1.0)[: len(sim.actuators)]], rng.choice(HOLDS))
+
+
 def anything(rng, sim):
     """Call something that decides the motion."""
     calls = {
-        "set_wrench": lambda: sim.set_wrench(wrench(rng), rng.choice([None, 0.004, 0.1]), rng.choice(["a", "b"])),
+        "set_wrench": lambda: sim.set_wrench(wrench(rng), rng.choice(HOLDS), rng.choice(["a", "b"])),
         "impulse": lambda: sim.apply_impulse(Wrench(vector(rng, 0.1), vector(rng, 0.01))),
         "state": lambda: sim.set_state(State(vector(rng), [rng.gauss(0, 1) for _ in range(4)], vector(rng))),
         "gravity": lambda: sim.change(gravity=vector(rng)),
@@ -77,11 +96,13 @@ def anything(rng, sim):
         "tether": lambda: sim.change(tethers=[Tether((0.1, 0.0, 0.0), (0.0, 0.0, 2.0), 1.0, 100.0 * rng.random())]),
         "force": lambda: sim.change(forces=[((0.0, 0.0, 0.1), vector(rng))], rtol=1e-10),
         "clear": sim.clear_wrench,
+        "actuators": lambda: command(rng, sim),
         "reset": lambda: sim.reset(keep_time=rng.random() < 0.5),
         "reset to": lambda: sim.reset(State(vector(rng))),
         "restart": sim.restart_time,
     }
-    rng.choice([calls["set_wrench"], *calls.values()])()
+    often = "actuators" if sim.actuators and rng.random() < 0.5 else "set_wrench"
+    rng.choice([calls[often], *calls.values()])()
 
 
 @pytest.mark.parametrize("name", SCENES)

@@ -310,6 +310,69 @@ def test_lockstep_that_begins_late_starts_from_the_bag(tmp_path):
     assert comparison.position_error.max() < 1e-13  # measured 1.9e-15
 
 
+# Actuators --------------------------------------------------------------------------------------------------------
+
+ACTUATORS = {
+    "names": ["left", "right", "jet", "wheel", "fin", "tip", "top"],  # more numbers than a wrench has
+    "left": {"type": "rotor", "min": 0.0, "max": 900.0, "thrust_coefficient": 2e-5, "position": [0.0, 0.3, 0.0]},
+    "right": {"type": "rotor", "min": 0.0, "max": 900.0, "thrust_coefficient": 2e-5, "time_constant": 0.02},
+    "jet": {"type": "thruster", "min": -5.0, "max": 5.0, "position": [0.1, 0.2, 0.0], "delay": 0.0033},
+    "wheel": {"type": "wheel", "min": -1.0, "max": 1.0, "inertia": 1e-3, "max_speed": 90.0},
+    **{name: {"type": "thruster", "min": -1.0, "max": 1.0, "time_constant": 0.01} for name in ("fin", "tip", "top")},
+}
+
+
+def commanded(given):
+    """The same with a command to the actuators after each, of which each tenth is refused."""
+    random = np.random.default_rng(8)
+    for k, send in enumerate(given):
+        numbers = random.normal(size=7) * (900.0, 900.0, 5.0, 1.0, 1.0, 1.0, 1.0)
+        numbers[3] = np.nan if k % 10 == 6 else numbers[3]
+        yield send
+        yield runs.Send(send.at_ns + 10_000, "", tuple(numbers.tolist()), "/actuator_commands")
+
+
+def test_commands_to_actuators_take_effect_when_they_were_received(tmp_path):
+    scene = BASE.changed({"actuators": ACTUATORS})
+    given = [one for one in commanded(runs.sends(scene, SECONDS)) if np.isfinite(one.numbers).all()]
+    messages = runs.in_real_time(scene, given, SECONDS, lag_ns=10**8)
+    wrong = ("/actuator_commands", messages[200][1], making.numbers([1.0]))
+    refused = ("/actuator_commands", messages[300][1], making.numbers([np.nan] * 7))
+    comparison, scenario, track = again(
+        tmp_path, [*messages[:200], wrong, *messages[200:300], refused, *messages[300:]], scene, times=timing.RECEIVE
+    )
+    assert_equal_to_the_bit(comparison)
+    assert "1 messages on /actuator_commands do not have 7 numbers: left out, as the node does." in said(scenario)
+    assert track.refused == 1 and "not all are finite" in track.reason
+
+
+@pytest.mark.parametrize("on", ["wrench", "actuators"])
+def test_lockstep_with_actuators_is_equal_to_the_bit(tmp_path, on):
+    scene = LOCKSTEP.changed({"actuators": ACTUATORS, "lockstep_on": on})
+    messages = runs.in_lockstep(scene, list(commanded(lockstep_sends())))
+    comparison, scenario, track = again(tmp_path, messages, scene)
+    assert_equal_to_the_bit(comparison, len([one for one in messages if one[0] == "/pose"]))
+    topic = "/wrench" if on == "wrench" else "/actuator_commands"
+    assert f"Lockstep: each command on {topic} advances the simulation by 5 steps" in said(scenario)
+    assert track.refused == 3 + 17
+
+
+def test_commands_to_actuators_of_another_scene_are_not_used(tmp_path):
+    scene = BASE.changed({"actuators": ACTUATORS})
+    messages = runs.in_real_time(scene, [runs.Send(21_000_000, "", (0.0,) * 7, "/actuator_commands")], SECONDS)
+    comparison, scenario, _ = again(tmp_path, messages)
+    assert comparison.position_error.max() < 1e-12  # measured 3.6e-15: other kernels
+    assert "Not used: /actuator_commands (1 std_msgs/msg/Float64MultiArray)" in said(scenario)
+
+
+def test_commands_to_actuators_of_two_bodies_are_refused(tmp_path):
+    scene = BASE.changed({"actuators": ACTUATORS})
+    messages = runs.in_real_time(scene, [], SECONDS)
+    messages += [(f"/{name}/actuator_commands", making.EPOCH_NS + 10**10, making.numbers([0.0] * 7)) for name in "ab"]
+    with pytest.raises(BagError, match="has commands to the actuators of several bodies: /a/actuator_commands, /b/"):
+        again(tmp_path, messages, scene)
+
+
 def leading(messages):
     """Places of the commands that advance the simulation."""
     return [i for i, e in enumerate(messages) if e[0] == "/wrench" and e[2].header.frame_id != "nowhere"]

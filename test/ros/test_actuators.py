@@ -258,3 +258,62 @@ def test_quality_of_service_can_be_overridden(run_node):
         process.assert_stopped_cleanly()
     finally:
         remote.close()
+
+
+# Recorded, and simulated again ----------------------------------------------------------------------------------------
+
+
+def without_journal(folder):
+    from rosbags.rosbag2 import Reader
+
+    with Reader(folder) as reader:
+        return [
+            (connection.topic, time_ns, (connection.msgtype, data))
+            for connection, time_ns, data in reader.messages()
+            if not connection.topic.endswith("/journal")
+        ]
+
+
+def test_recorded_run_in_real_time_is_simulated_again_to_the_bit(connect, tmp_path, capfd):
+    """With refused commands in between, a change of gravity, an impulse, and a pause after the timeout."""
+    pytest.importorskip("rosbags")
+    from rigid_body_sim.tools import resim
+
+    scene = {**SCENE, "lockstep": False, "lockstep_on": "wrench", "reset_time": False}
+    remote = connect({**scene, "record.path": str(tmp_path / "bag")}).ready()
+    commanded = remote.publisher(TOPIC, Float64MultiArray)
+    remote.clear()
+    for i, numbers in enumerate(commands(40)):
+        commanded.publish(Float64MultiArray(data=numbers if i % 9 else numbers[:2]))
+        remote.collect(4 * (i + 1))
+        if i == 15:
+            remote.send("world", (0.1, 0.0, 0.0), (0.0, 0.02, 0.0), topic="impulse")
+        if i == 25:
+            assert remote.set_together({"gravity": [0.0, 0.1, -1.62], "body.mass": 2.5}).successful
+    remote.collect(4 * 40 + 60)
+    remote.process.assert_stopped_cleanly()
+    kept = {topic.rpartition("/")[2]: kind for topic, _, (kind, _) in without_journal(tmp_path / "bag")}
+    assert (kept[TOPIC], kept["actuator_states"]) == ("std_msgs/msg/Float64MultiArray", "sensor_msgs/msg/JointState")
+    assert resim.main([str(tmp_path / "bag")]) == resim.SAME
+    assert "Equal to the bit" in capfd.readouterr().out
+
+
+def test_run_in_lockstep_is_simulated_again_from_its_commands_alone(connect, tmp_path, capfd):
+    pytest.importorskip("rosbags")
+    import yaml
+
+    from rigid_body_sim.tools import resim
+
+    from ..bags import making
+
+    driver = Driver(connect({**SCENE, "record.path": str(tmp_path / "own")}))
+    for done, numbers in enumerate(commands(), 1):
+        driver.send(numbers)
+        driver.collect(done)
+    driver.remote.process.assert_stopped_cleanly()
+    messages = without_journal(tmp_path / "own")
+    last_reset = max(i for i, (topic, _, (_, data)) in enumerate(messages) if not any(data[4:12]) and "pose" in topic)
+    making.make(tmp_path / "bag", messages[last_reset:])
+    (tmp_path / "scene.yaml").write_text(yaml.safe_dump({"/**": {"ros__parameters": SCENE}}))
+    assert resim.main([str(tmp_path / "bag"), "--scene", str(tmp_path / "scene.yaml")]) == resim.SAME
+    assert f"Equal to the bit: {ROUNDS + 1} poses" in capfd.readouterr().out

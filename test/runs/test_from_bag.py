@@ -272,16 +272,27 @@ def test_body_that_waited_for_its_first_command_is_told_of(tmp_path, caplog):
     assert first >= 150 and f"until its first command, at step {first}, the body stayed" in record.getMessage()
 
 
+def test_commands_to_actuators(tmp_path):
+    scene = BASE.changed({"actuators": {"names": ["jet"], "jet": {"type": "thruster", "min": 0.0, "max": 1.0}}})
+    sends = [runs.Send(21_000_000, "", (0.5,), "/actuator_commands")]
+    bag = making.make(tmp_path / "bag", runs.in_real_time(scene, sends, SECONDS))
+    with pytest.raises(BagError) as caught:
+        WrenchSchedule.from_bag(bag, scene)
+    said = f"{bag}: for step 10 (0.02 s) it has a command to actuators, which a schedule does not hold: {INSTEAD}"
+    assert str(caught.value) == said
+
+
 @pytest.mark.parametrize(
     ("call", "what"),
     [
         (struck, "an impulse"),
+        (lambda simulation: simulation.set_actuators([]), "a command to actuators"),
         (lambda simulation: simulation.set_state(State()), "a state that was set"),
         (lambda simulation: simulation.change(gravity=(0, 0, -1)), "a change of parameters"),
         (lambda simulation: simulation.reset(), "a reset"),
         (lambda simulation: simulation.restart_time(), "a reset of the time"),
     ],
-    ids=["impulse", "state", "change", "reset", "time"],
+    ids=["impulse", "actuators", "state", "change", "reset", "time"],
 )
 def test_other_calls_of_a_journal(tmp_path, call, what):
     bag = making.make(tmp_path / "bag", runs.with_journal(BASE, given(BASE), SECONDS, [(301_000_000, call)]))
