@@ -1,6 +1,7 @@
 """Commands to actuators: on which topics the node takes them, and what the bytes that arrive there say."""
 
-import importlib.util
+import contextlib
+import importlib
 from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any
@@ -28,9 +29,10 @@ def topics(scene: Scene) -> dict[str, tuple[type, Reader]]:
         return {}
     found: dict[str, tuple[type, Reader]] = {TOPIC: (Float64MultiArray, read_numbers)}
     all_rotors = all(scene[f"actuators.{name}.type"] == "rotor" for name in scene["actuators.names"])
-    if all_rotors and importlib.util.find_spec(PACKAGE) is not None:
-        kind = importlib.import_module(f"{PACKAGE}.msg").Actuators
-        found[OF_ROTORS] = kind, partial(read_speeds, kind)
+    if all_rotors:
+        with contextlib.suppress(ImportError):
+            kind = importlib.import_module(f"{PACKAGE}.msg").Actuators
+            found[OF_ROTORS] = kind, partial(read_speeds, kind)
     return found
 
 

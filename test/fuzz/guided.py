@@ -45,7 +45,7 @@ def messages(commands, check, *topics):
             check([(topics[data[0] % len(topics)], data[1:])])
 
     chosen = [chance.randrange(len(topics)) for _ in range(BEGINNINGS)]
-    return one, [bytes([i]) + commands.serialised(chance, topics[i]) for i in chosen]
+    return one, [bytes([i]) + commands.made(chance, topics[i]) for i in chosen]
 
 
 def scenes(tests, _):
@@ -72,7 +72,11 @@ def states(_, commands):
     return messages(commands, commands.check_states, "set_pose", "set_twist")
 
 
-TARGETS = (scenes, urdfs, stls, objs, wrenches, states)
+def actuators(_, commands):
+    return messages(commands, commands.check_actuators, "actuator_commands")
+
+
+TARGETS = (scenes, urdfs, stls, objs, wrenches, states, actuators)
 
 
 def compile_all():

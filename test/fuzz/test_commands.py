@@ -18,6 +18,7 @@ from .fuzzing import damaged, fuzz, often, sentence
 
 pytest.importorskip("rclpy")
 pytestmark = pytest.mark.ros
+Float64MultiArray = pytest.importorskip("std_msgs.msg").Float64MultiArray
 geometry = pytest.importorskip("geometry_msgs.msg")
 serialization = pytest.importorskip("rclpy.serialization")
 messages = pytest.importorskip("rigid_body_sim.ros.messages")
@@ -36,12 +37,23 @@ SCENE = Scene(
         "frames.größe.position": [0.1, 0.2, 0.3],
     }
 )
+ACTUATED = SCENE.changed(
+    {
+        "actuators": {
+            "names": ["rotor", "jet", "wheel"],
+            "rotor": {"type": "rotor", "min": 0.0, "max": 900.0, "thrust_coefficient": 2e-5, "time_constant": 0.01},
+            "jet": {"type": "thruster", "min": -5.0, "max": 5.0, "delay": 0.0033},
+            "wheel": {"type": "wheel", "min": -1e300, "max": 1e300, "inertia": 1e-3, "max_speed": 90.0},
+        }
+    }
+)
 KINDS = {
     "wrench": geometry.WrenchStamped,
     "gust": geometry.WrenchStamped,
     "impulse": geometry.WrenchStamped,
     "set_pose": geometry.PoseStamped,
     "set_twist": geometry.TwistStamped,
+    "actuator_commands": Float64MultiArray,
 }
 DOUBLES = {"set_pose": 7}  # all others have 6
 STEPS = 2  # after each message
@@ -82,11 +94,11 @@ class Unheard:
 class Subject:
     """What the node is made of, without a network: loop, simulation and inputs."""
 
-    def __init__(self):
-        self.simulation = Simulation.from_scene(SCENE)
-        self.loop = loops.Loop(SCENE, self.simulation, Unheard(), lambda _: None)
+    def __init__(self, scene):
+        self.simulation = Simulation.from_scene(scene)
+        self.loop = loops.Loop(scene, self.simulation, Unheard(), lambda _: None)
         self.node = Listener()
-        self.inputs = inputs.Inputs(self.node, SCENE, self.loop)
+        self.inputs = inputs.Inputs(self.node, scene, self.loop)
 
     def fresh(self):
         self.loop.reset(time_too=True)
@@ -108,8 +120,8 @@ class Subject:
         return reason
 
 
-SUBJECT = Subject()
-MODEL = Simulation.from_scene(SCENE)  # moved by typed messages
+SUBJECT, WITH_ACTUATORS = Subject(SCENE), Subject(ACTUATED)
+MODEL, ACTUATED_MODEL = map(Simulation.from_scene, (SCENE, ACTUATED))  # moved by typed messages
 HOLD = SCENE["wrench.timeout"]
 
 
@@ -137,19 +149,19 @@ def model_wrench(topic, message):
     return ""
 
 
-def step_both():
+def step_both(subject, model):
     """Some steps; a simulation that stops does so in both, and is set going again."""
-    SUBJECT.loop._advance(STEPS)
+    subject.loop._advance(STEPS)
     try:
-        MODEL.step(STEPS)
+        model.step(STEPS)
     except SimulationError as reason:
-        assert SUBJECT.loop.failure == str(reason)
+        assert subject.loop.failure == str(reason)
     else:
-        assert not SUBJECT.loop.failure
-    assert SUBJECT.simulation.save() == MODEL.save()
-    if SUBJECT.loop.failure:
-        SUBJECT.fresh()
-        MODEL.reset()
+        assert not subject.loop.failure
+    assert subject.simulation.save() == model.save()
+    if subject.loop.failure:
+        subject.fresh()
+        model.reset()
 
 
 def check_wrenches(sent):
@@ -162,7 +174,32 @@ def check_wrenches(sent):
         if reason:
             assert SUBJECT.simulation.save() == before
         assert SUBJECT.simulation.save() == MODEL.save()
-        step_both()
+        step_both(SUBJECT, MODEL)
+
+
+def check_actuators(sent):
+    subject, model = WITH_ACTUATORS, ACTUATED_MODEL
+    subject.fresh()
+    model.reset()
+    for topic, data in sent:
+        before, message = subject.simulation.save(), typed(topic, data)
+        reason = subject.send(topic, data)
+        assert reason == (messages.MALFORMED if message is None else model_actuators(message.data))
+        if reason:
+            assert subject.simulation.save() == before
+        assert subject.simulation.save() == model.save()
+        assert subject.simulation.commands_limited == model.commands_limited
+        step_both(subject, model)
+
+
+def model_actuators(numbers):
+    """Command the model as a typed message would; returns the reason of a refusal, or an empty text."""
+    if len(numbers) != len(ACTUATED_MODEL.actuators):
+        return messages.WRONG_LENGTH
+    if not np.isfinite(numbers).all():
+        return messages.NOT_FINITE
+    ACTUATED_MODEL.set_actuators(numbers, HOLD)
+    return ""
 
 
 def check_states(sent):
@@ -290,12 +327,35 @@ def serialised(chance, topic):
     return data if often(chance) else damaged(chance, data)
 
 
+def numbers_of(chance):
+    """A Float64MultiArray, whole or with something wrong about it."""
+    count, dimensions = chance.choice((3, 3, 3, 3, 0, 1, 2, 4, 40)), chance.choice((0, 0, 0, 1, 2))
+    order = "<" if often(chance) else ">"
+    layout = struct.pack(f"{order}I", dimensions)
+    for _ in range(dimensions):
+        label = chance.choice(FRAMES)
+        layout += bytes(-len(layout) % 4) + struct.pack(f"{order}I", len(label)) + label
+        layout += bytes(-len(layout) % 4) + bits(chance, 8)
+    claimed = count if often(chance) else chance.choice((*LENGTHS, chance.getrandbits(32)))
+    layout += bytes(-len(layout) % 4) + bits(chance, 4) + struct.pack(f"{order}I", claimed)
+    doubles = struct.unpack(f"<{count}d", b"".join(double(chance) for _ in range(count)))
+    head = (b"\0\1\0\0" if order == "<" else b"\0\0\0\0") if often(chance) else chance.choice(HEADS)
+    data = head + layout + bytes(-len(layout) % 8) + struct.pack(f"{order}{count}d", *doubles)
+    return data if often(chance) else damaged(chance, data)
+
+
+def made(chance, topic):
+    if not often(chance):
+        return bits(chance, chance.randint(1, 120))
+    return numbers_of(chance) if topic == "actuator_commands" else serialised(chance, topic)
+
+
 def sent(*topics):
     """A function: up to three messages, one after the other, each with its topic."""
 
     def make(chance):
         chosen = [chance.choice(topics) for _ in range(chance.randint(1, 3))]
-        return [(t, serialised(chance, t) if often(chance) else bits(chance, chance.randint(1, 120))) for t in chosen]
+        return [(t, made(chance, t)) for t in chosen]
 
     return make
 
@@ -306,3 +366,7 @@ def test_wrenches_and_impulses(record_property):
 
 def test_states(record_property):
     fuzz(record_property, check_states, sent("set_pose", "set_twist"), 500)
+
+
+def test_commands_to_actuators(record_property):
+    fuzz(record_property, check_actuators, sent("actuator_commands"), 1000)

@@ -1,12 +1,19 @@
 """Fixtures for tests that talk to a running node over DDS. Every node is a process of its own."""
 
+import hashlib
+import importlib.util
 import itertools
 import os
+import shutil
+import sys
+import sysconfig
+from pathlib import Path
 
 import pytest
 
 from rigid_body_sim import first_start
 
+from . import stand_in
 from .domains import USUAL, free_domain
 
 os.environ["ROS_DOMAIN_ID"] = str(free_domain(USUAL))
@@ -78,6 +85,30 @@ def _connections(run_node):
     finally:  # last: when somebody leaves with 20 000 messages unread, Fast DDS holds the node up for seconds
         for remote in remotes:
             remote.close()
+
+
+@pytest.fixture(scope="session")
+def stand_in_for(request, tmp_path_factory):
+    """A function: the folder with a stand-in for a package, made once for this Python and its text.
+
+    It can be imported here from then on. None where the real package is installed.
+    """
+
+    def made(name, interfaces):
+        if importlib.util.find_spec(name) is not None:
+            return None
+        if not (shutil.which("gcc") and Path(sysconfig.get_paths()["include"], "Python.h").exists()):
+            pytest.skip(f"the stand-in for {name} needs gcc and Python.h (python3-dev)")
+        cache = getattr(request.config, "cache", None)
+        text = Path(stand_in.__file__).read_bytes() + sys.version.encode() + name.encode()
+        folder = cache.mkdir("stand_in") if cache else tmp_path_factory.mktemp("stand_in")
+        folder /= hashlib.sha256(text).hexdigest()[:16]
+        if not folder.exists():
+            stand_in.build(tmp_path_factory.mktemp("build"), name, interfaces).rename(folder)
+        sys.path.append(str(folder))
+        return folder
+
+    return made
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -1,6 +1,6 @@
-"""A stand-in for the message package simulation_interfaces 1.5.1, which PyPI does not have.
+"""Stand-ins for message packages that PyPI does not have: simulation_interfaces 1.5.1, and actuator_msgs.
 
-The interfaces that the node serves, with their fields, numbers and names as in that version, go through the generators
+The interfaces that the node serves or takes, with their fields, numbers and names as there, go through the generators
 that come with rclpy and through the C compiler: what comes out travels over DDS as the real ones do, under the same
 type hashes.
 """
@@ -10,6 +10,7 @@ import os
 import subprocess
 import sys
 import sysconfig
+from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -122,38 +123,46 @@ INTERFACES = {
         uint64 remaining_steps
     """,
 }
-
+ACTUATORS = "actuator_msgs"
+OF_ACTUATORS = {
+    "msg/Actuators.msg": """
+        std_msgs/Header header
+        float64[] position
+        float64[] velocity
+        float64[] normalized
+    """
+}
 
 FASTRTPS, INTROSPECTION = "rosidl_typesupport_fastrtps_c", "rosidl_typesupport_introspection_c"
 LINKED = ("rosidl_generator_c", "rosidl_generator_py", "rosidl_typesupport_c", FASTRTPS, INTROSPECTION)
 RUNTIME = ("rosidl_runtime_c", "rosidl_typesupport_c", FASTRTPS, INTROSPECTION, "rcutils", "rmw", "fastcdr", "stdc++")
 
 
-def build(folder: Path) -> Path:
+def build(folder: Path, name: str = PACKAGE, interfaces: Mapping[str, str] = INTERFACES) -> Path:
     """Make the package in ``folder``, which takes a quarter of a minute; returns the folder to put on PYTHONPATH."""
-    package, introspection = folder / PACKAGE, folder / "introspection" / PACKAGE
-    names = _translate(package)
+    package, introspection = folder / name, folder / "introspection" / name
+    names = _translate(package, interfaces)
     _generate(package, introspection, names)
     (package / "__init__.py").touch()
     objects = _compile([package, introspection])
     # The middleware looks both libraries up by these names, and the first is the Python module as well.
-    library = package / f"lib{PACKAGE}__{INTROSPECTION}.so"
-    module = package / f"{PACKAGE}_s__rosidl_typesupport_c{sysconfig.get_config_var('EXT_SUFFIX')}"
+    library = package / f"lib{name}__{INTROSPECTION}.so"
+    module = package / f"{name}_s__rosidl_typesupport_c{sysconfig.get_config_var('EXT_SUFFIX')}"
     _link(library, library.name, objects[introspection])
-    _link(module, f"lib{PACKAGE}__{FASTRTPS}.so", [*objects[package], library])
+    _link(module, f"lib{name}__{FASTRTPS}.so", [*objects[package], library])
     return folder
 
 
-def _translate(package: Path) -> list[str]:
+def _translate(package: Path, interfaces: Mapping[str, str]) -> list[str]:
     """Write the interfaces and their translations into IDL; returns the names of the latter."""
     from rosidl_adapter import convert_to_idl
 
-    for name, text in INTERFACES.items():
+    for name, text in interfaces.items():
         file = package / name
         file.parent.mkdir(parents=True, exist_ok=True)
         file.write_text("\n".join(map(str.strip, text.strip().splitlines())) + "\n")
-        convert_to_idl(package, PACKAGE, Path(name), package)
-    return [str(Path(name).with_suffix(".idl")) for name in INTERFACES]
+        convert_to_idl(package, package.name, Path(name), package)
+    return [str(Path(name).with_suffix(".idl")) for name in interfaces]
 
 
 def _generate(package: Path, introspection: Path, names: list[str]) -> None:
@@ -182,14 +191,15 @@ def _generate(package: Path, introspection: Path, names: list[str]) -> None:
 def _arguments(package: Path, names: list[str], generator: str, output: Path) -> str:
     """File with what a generator is told, beside the header that says which of its symbols are seen outside."""
     resource = _prefix(generator) / "share" / generator / "resource"
+    project = package.name
     for template in resource.glob("*visibility_control.h.in"):
-        text = template.read_text().replace("@PROJECT_NAME@", PACKAGE).replace("@PROJECT_NAME_UPPER@", PACKAGE.upper())
+        text = template.read_text().replace("@PROJECT_NAME@", project).replace("@PROJECT_NAME_UPPER@", project.upper())
         (output / "msg").mkdir(parents=True, exist_ok=True)
         (output / "msg" / template.stem).write_text(text)
     described = [f"{name}:{(package / name).with_suffix('.json')}" for name in names]
     file = package.parent / f"{generator}.json"
     values = {
-        "package_name": PACKAGE,
+        "package_name": project,
         "output_dir": str(output),
         "template_dir": str(resource),
         "idl_tuples": [f"{package}:{name}" for name in names],

@@ -2,6 +2,7 @@
 
 import hashlib
 import math
+import os
 import struct
 
 import numpy as np
@@ -10,6 +11,8 @@ from numpy.testing import assert_array_equal
 
 from rigid_body_sim import Scene, Simulation
 
+from . import stand_in
+from .node_process import ROOT
 from .remote import stamp_ns
 
 pytest.importorskip("rclpy")
@@ -317,3 +320,36 @@ def test_run_in_lockstep_is_simulated_again_from_its_commands_alone(connect, tmp
     (tmp_path / "scene.yaml").write_text(yaml.safe_dump({"/**": {"ros__parameters": SCENE}}))
     assert resim.main([str(tmp_path / "bag"), "--scene", str(tmp_path / "scene.yaml")]) == resim.SAME
     assert f"Equal to the bit: {ROUNDS + 1} poses" in capfd.readouterr().out
+
+
+# Commands of Gazebo's multicopters ------------------------------------------------------------------------------------
+
+
+@pytest.mark.timeout(900)  # making the stand-in takes a minute where busy
+def test_speeds_of_rotors_as_gazebo_takes_them(connect, stand_in_for, tmp_path):
+    """The same motion as by the other topic, to the bit; both lead in lockstep, and both are recorded."""
+    pytest.importorskip("rosbags")
+    folder = stand_in_for(stand_in.ACTUATORS, stand_in.OF_ACTUATORS)
+    from actuator_msgs.msg import Actuators
+
+    actuators = {"names": ["left", "right"], "left": rotor(0.3, "ccw"), "right": rotor(-0.3, "cw")}
+    scene = {**SCENE, "actuators": actuators, "record.path": str(tmp_path / "bag")}
+    paths = [str(ROOT), str(folder or ""), os.environ.get("PYTHONPATH", "")]
+    remote = connect(scene, environment={"PYTHONPATH": os.pathsep.join(filter(None, paths))})
+    driver = Driver(remote)
+    speeds = remote.publisher("actuators", Actuators)
+    sim = Simulation.from_scene(Scene(scene))
+    for done, (left, right, *_) in enumerate(commands(20), 1):
+        if done % 2:
+            speeds.publish(Actuators(velocity=[left, right], normalized=[0.5]))
+        else:
+            driver.send([left, right])
+        sim.set_actuators([left, right], SCENE["wrench.timeout"])
+        sim.step(SCENE["steps_per_command"])
+        track, _ = driver.collect(done)
+        assert (*track.position[-1], *track.orientation[-1]) == sim.motion[:7]
+    speeds.publish(Actuators(velocity=[1.0, 2.0, 3.0], normalized=[1.0]))
+    driver.remote.wait_report(lambda _, values: values["refused: wrong length"] == "1", "the refusal")
+    remote.process.assert_stopped_cleanly()
+    kept = [(topic.rpartition("/")[2], kind) for topic, _, (kind, _) in without_journal(tmp_path / "bag")]
+    assert kept.count(("actuators", "actuator_msgs/msg/Actuators")) == 11

@@ -4,14 +4,9 @@ With that package where it is installed, else with the stand-in of stand_in.py u
 between tests; its body is turned, spins, and has its centre of mass off its origin.
 """
 
-import hashlib
 import importlib.util
 import json
 import os
-import shutil
-import sys
-import sysconfig
-from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -81,19 +76,9 @@ TYPE_HASHES = {  # of version 1.5.1, by its own definitions; each covers the mes
 
 
 @pytest.fixture(scope="module")
-def folder(request, tmp_path_factory):
-    """Where the stand-in is, made once for this Python and its text; None where the real package is installed."""
-    if IS_INSTALLED:
-        return None
-    if not (shutil.which("gcc") and Path(sysconfig.get_paths()["include"], "Python.h").exists()):
-        pytest.skip("the stand-in for simulation_interfaces needs gcc and Python.h (python3-dev)")
-    cache = getattr(request.config, "cache", None)
-    key = hashlib.sha256(Path(stand_in.__file__).read_bytes() + sys.version.encode()).hexdigest()[:16]
-    made = (cache.mkdir("stand_in") if cache else tmp_path_factory.mktemp("stand_in")) / key
-    if not made.exists():
-        stand_in.build(tmp_path_factory.mktemp("build")).rename(made)
-    sys.path.append(str(made))
-    return made
+def folder(stand_in_for):
+    """Where the stand-in is; None where the real package is installed."""
+    return stand_in_for(stand_in.PACKAGE, stand_in.INTERFACES)
 
 
 @pytest.fixture(scope="module")
