@@ -9,15 +9,19 @@ from pathlib import Path
 
 import pytest
 
-from rigid_body_sim import Drag, Ground, Scene, Simulation, Tether, first_start
-from rigid_body_sim.integrators import REGISTRY, steps_of
+from rigid_body_sim import Actuator, Drag, Ground, Scene, Simulation, Tether, first_start
+from rigid_body_sim.effects import REGISTRY as EFFECTS
+from rigid_body_sim.effects.base import LoadEffect
+from rigid_body_sim.integrators import REGISTRY, shortfall, steps_of
 from rigid_body_sim.kernels import kernel_cache, state
+from rigid_body_sim.scene import schema
 from rigid_body_sim.terms import Terms
 from rigid_body_sim.values.body import Body
 
 pytest.importorskip("numba")
 
 BODY = Body(1.0, (1.0, 2.0, 2.5))
+JET = Actuator("jet", "thruster", 0.0, 1.0)
 DRAG = {"drag.linear": [1.0, 1.0, 1.0]}
 
 
@@ -31,7 +35,12 @@ def of(terms, *more):
 
 def test_what_a_plan_needs_is_what_its_simulation_makes_ready():
     """No more and no less: each is compiled already when the simulation asks for it."""
-    for terms in ({}, {"drag": Drag(linear=(1.0, 1.0, 1.0))}, {"tethers": [Tether(stiffness=10.0)]}):
+    for terms in (
+        {},
+        {"drag": Drag(linear=(1.0, 1.0, 1.0))},
+        {"tethers": [Tether(stiffness=10.0)]},
+        {"actuators": [JET]},
+    ):
         sim = Simulation(BODY, **terms)
         needed = {kernel_cache.identity(one.function) for one in first_start.needed(sim.terms)}
         kernels = {kernel_cache.identity(function) for function in _made_ready(sim)}
@@ -59,6 +68,25 @@ def test_what_has_names_neither_comes_nor_goes_by_setting():
     tether = {"tethers": [Tether(stiffness=10.0)]}
     assert names(now) == of(Terms(BODY, **tether))
     assert names(later) == of(Terms(BODY, drag=Drag(linear=(1.0, 1.0, 1.0)), **tether))
+
+
+def test_actuators_need_kernels_of_their_own():
+    given = {"names": ["jet"], "jet": {"type": "thruster", "min": 0.0, "max": 1.0}}
+    now, later = first_start.of_parameters(schema.flat({"actuators": given}))
+    assert names(now) == of(Terms(BODY, actuators=[JET])) != of(Terms(BODY))
+    with_drag = Terms(BODY, actuators=[JET], drag=Drag(linear=(1.0, 1.0, 1.0)))
+    assert set(names(later)) == {*of(with_drag), *of(Terms(BODY))}  # limits of 0 and 0 let it do nothing
+
+
+def test_everything_has_actuators_alone_and_with_each_kind_of_load():
+    there = set(names(first_start.everything()))
+    loads = [effect for effect in EFFECTS.values() if isinstance(effect, LoadEffect)]
+    for given in ({}, *({effect.name: effect.present} for effect in loads)):
+        terms = Terms(BODY, actuators=[JET], **given)
+        methods = [name for name in ("auto", *REGISTRY) if name == "auto" or not shortfall(name, terms)]
+        assert {"auto", "dop853"} < {*methods}
+        for method in methods:
+            assert there >= {*of(terms, method, True)}
 
 
 def test_acceleration_is_needed_where_an_output_shows_it():

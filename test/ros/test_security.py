@@ -11,7 +11,8 @@ pytest.importorskip("rclpy")
 pytestmark = pytest.mark.ros
 
 HAS_TF = importlib.util.find_spec("tf2_msgs") is not None
-ALL_OUTPUTS = ["odom", "accel", "imu", "wrench_applied", "marker", "clock", *["tf"] * HAS_TF]
+ALL_OUTPUTS = ["odom", "accel", "imu", "wrench_applied", "actuator_states", "marker", "clock", *["tf"] * HAS_TF]
+ACTUATED = {"actuators": {"names": ["jet"], "jet": {"type": "thruster", "min": 0.0, "max": 1.0}}}
 STANDARD = ("simulat", "entit")  # what is there only with simulation_interfaces: see test_standard_services
 KEYSTORE = (
     "identity_ca.cert.pem",
@@ -33,13 +34,14 @@ def observer(context):
 
 
 def always_there(name):
-    """Whether it is there on every machine."""
+    """Whether it is there on every machine; ``actuators`` needs actuator_msgs."""
     standard = any(part in name.rsplit("/", 1)[-1] for part in STANDARD)
-    return not standard and "/_action/" not in name and (HAS_TF or name != "/tf")
+    return not standard and "/_action/" not in name and (HAS_TF or name != "/tf") and not name.endswith("/actuators")
 
 
 def test_policy_allows_the_node_what_it_uses_and_nothing_else(connect, observer):
-    remote = connect({"outputs": ALL_OUTPUTS, "start_paused": True, "fluid.velocity": [0.0, 0.0, 0.0]}).ready()
+    given = {"outputs": ALL_OUTPUTS, "start_paused": True, "fluid.velocity": [0.0, 0.0, 0.0], **ACTUATED}
+    remote = connect(given).ready()
     # It makes the simulated time and never follows another's, so that it needs no right to listen to /clock.
     assert not remote.set_parameter("use_sim_time", True).successful
     namespace = remote.name.rsplit("/", 1)[0]

@@ -14,7 +14,9 @@ deserialize_message = pytest.importorskip("rclpy.serialization").deserialize_mes
 templates = pytest.importorskip("rigid_body_sim.ros.templates")
 outputs = pytest.importorskip("rigid_body_sim.ros.outputs")
 
-SCENE = Scene({"body.shape": "box", "body.dimensions": (0.2, 0.3, 0.4)})
+JET = {"type": "thruster", "min": 0.0, "max": 1.0}
+ACTUATORS = {"actuators": {"names": ["jet", "main_jet", "jets"], "jet": JET, "main_jet": JET, "jets": JET}}
+SCENE = Scene({"body.shape": "box", "body.dimensions": (0.2, 0.3, 0.4), **ACTUATORS})
 SIMULATION = Simulation.from_scene(SCENE)
 POSE = outputs.KINDS["pose"](SCENE, SIMULATION).fields
 numbers = st.floats(allow_nan=False)

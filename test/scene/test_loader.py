@@ -117,3 +117,18 @@ def test_timeout_shorter_than_a_step_is_told(rate, timeout, told):
     notes = Scene({"rate": rate, "publish_rate": 0.0, "wrench.timeout": timeout}).notes
     text = "parameter wrench.timeout = 0.1: is shorter than a step of 0.333333 s, and a command acts for one step"
     assert notes == ((text,) if told else ())
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({"lockstep_on": "actuators"}, "parameter lockstep_on: actuators needs actuators, and there are none; name"),
+        ({"outputs": ["imu", "actuator_states"]}, "parameter outputs: actuator_states needs actuators, and there are"),
+    ],
+    ids=["lockstep", "output"],
+)
+def test_what_needs_actuators_is_refused_without(given, said):
+    with pytest.raises(ValueError, match=said):
+        Scene(given)
+    jet = {"type": "thruster", "min": 0.0, "max": 1.0}
+    assert Scene({**given, "actuators": {"names": ["jet"], "jet": jet}})
