@@ -46,15 +46,18 @@ PARAMETERS = (
 class PointingLaw:
     """τ = −I (2 ω_n² ε + 2 ζ ω_n ω), with ε the vector part of target⁻¹ ⊗ q; Wie & Barba, J. Guidance 8 (1985) 360.
 
-    For small angles every axis behaves as an oscillator of natural frequency ω_n [rad/s] and damping ratio ζ. A torque
-    longer than ``max_torque`` [N m] is shortened and keeps its direction.
+    For small angles every axis behaves as an oscillator of natural frequency ω_n [rad/s], one for all or one for each
+    body axis, shape (3,), and damping ratio ζ. A torque longer than ``max_torque`` [N m] is shortened and keeps its
+    direction. ω_n ε is no longer than ζ ``max_rate``, so that from far away the body turns with that rate [rad/s]
+    (Wie & Lu, J. Guidance 18 (1995) 1372).
     """
 
     target: Floats  # unit quaternion (w, x, y, z), body → world
     inertia: Floats  # (3, 3) [kg m²], as the controller believes it to be, body axes
-    natural_frequency: float
+    natural_frequency: float | Floats
     damping_ratio: float
-    max_torque: float
+    max_torque: float = math.inf
+    max_rate: float = math.inf
 
     def torque(self, orientation: ArrayLike, angular_velocity: ArrayLike) -> Floats:
         """Torque [N m], body axes, shape (3,), for an attitude (w, x, y, z) and an angular velocity [rad/s].
@@ -68,7 +71,8 @@ class PointingLaw:
             raise ValueError(f"angular velocity {omega.tolist()} is not finite")
         # q and −q are one attitude; the sign of w picks the way that is shorter than half a turn.
         error = math.copysign(1.0, w) * np.array(vector_part)
-        acceleration = 2.0 * self.natural_frequency * (self.natural_frequency * error + self.damping_ratio * omega)
+        pull = shortened(self.natural_frequency * error, self.damping_ratio * self.max_rate)
+        acceleration = 2.0 * self.natural_frequency * (pull + self.damping_ratio * omega)
         return shortened(-self.inertia @ acceleration, self.max_torque)
 
 

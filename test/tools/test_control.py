@@ -1,5 +1,6 @@
 """The pointing law: which way it turns, how it is limited, and that it gets there."""
 
+import dataclasses
 import math
 from pathlib import Path
 
@@ -49,6 +50,25 @@ def test_limit_keeps_the_direction():
     assert np.linalg.norm(limited) == pytest.approx(0.05, rel=1e-15)
     assert np.allclose(np.cross(free, limited), 0.0, atol=1e-16)
     assert free @ limited > 0.0
+
+
+def test_from_far_away_it_turns_with_the_greatest_rate():
+    """No torque where the rate is that already, whichever the way; near the target the limit is none."""
+    limited = dataclasses.replace(law(), max_rate=0.2)
+    axis = np.array((2.0, -1.0, 2.0)) / 3.0
+    far, near = (rotation.from_axis_angle(axis, angle) for angle in (2.0, 0.01))
+    assert np.linalg.norm(limited.torque(far, -0.2 * axis)) < 1e-16  # N m; measured 0
+    assert np.linalg.norm(limited.torque(far, -0.1 * axis)) > 0.01
+    assert np.array_equal(limited.torque(near, 0.1 * axis), law().torque(near, 0.1 * axis))
+
+
+def test_natural_frequency_may_differ_from_axis_to_axis():
+    """Each axis of a body without products of inertia is the oscillator that it is told to be."""
+    frequency = np.array((1.0, 2.0, 4.0))
+    own = dataclasses.replace(law(inertia=(1.0, 1.0, 1.0)), natural_frequency=frequency)
+    theta = np.array((2e-6, -1e-6, 3e-6))
+    q = rotation.from_axis_angle(theta, float(np.linalg.norm(theta)))
+    assert own.torque(q, np.zeros(3)) == pytest.approx(-(frequency**2) * theta, rel=1e-9)  # measured 4e-12
 
 
 def test_short_torque_is_left_alone():
