@@ -1,11 +1,9 @@
 """Wrenches from several topics, and limits: sums and ends to the step, lengths of what is limited."""
 
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
-import yaml
 
 pytest.importorskip("rclpy")
 pytestmark = pytest.mark.ros
@@ -166,14 +164,24 @@ def test_impulses_have_no_limit(node):
 
 # A quadrotor ----------------------------------------------------------------------------------------------------------
 
-QUADROTOR = Path(__file__).parents[2] / "config" / "quadrotor.yaml"
 ROTORS = ("rotor_front", "rotor_left", "rotor_back", "rotor_right")
+HUBS = ((0.17, 0.0, 0.01), (0.0, 0.17, 0.01), (-0.17, 0.0, 0.01), (0.0, -0.17, 0.01))
+QUADROTOR = {
+    "rate": 1000.0,
+    "publish_rate": 200.0,
+    "wrench.topics": [*ROTORS, "wrench"],
+    "wrench.timeout": 0.0,
+    "start_paused": True,
+    "body": {"mass": 0.716, "inertia": [0.0075, 0.0075, 0.013, 0.0, 0.0, 0.0]},
+    "frames": {rotor: {"position": list(hub)} for rotor, hub in zip(ROTORS, HUBS, strict=True)},
+    "gravity": [0.0, 0.0, -9.80665],
+    "initial.position": [0.0, 0.0, 2.0],
+}
 
 
 def test_four_rotors_have_a_topic_each_and_on_one_topic_they_are_warned_about(connect):
     """Hover thrust on all four keeps it where it is. In turn on one topic each replaces the one before."""
-    (section,) = yaml.safe_load(QUADROTOR.read_text()).values()
-    remote = connect({**section["ros__parameters"], "wrench.timeout": 0.0, "start_paused": True}).ready()
+    remote = connect(QUADROTOR).ready()
     thrust = (0.0, 0.0, 0.716 * 9.80665 / 4.0)
     for rotor in ROTORS:
         remote.send(rotor, force=thrust, topic=rotor)

@@ -1,5 +1,6 @@
 """The scenes that come with the package: they load, and they are what they say."""
 
+import math
 from pathlib import Path
 
 import numpy as np
@@ -15,9 +16,8 @@ SCENES = sorted(path.stem for path in CONFIG.glob("*.yaml"))
 
 
 def test_all_are_here():
-    assert {"satellite", "quadrotor", "tumbling_body", "point_mass", "underwater_vehicle", "tethered_drone"} <= set(
-        SCENES
-    )
+    assert {"satellite", "tumbling_body", "point_mass", "underwater_vehicle", "tethered_drone"} < set(SCENES)
+    assert {"quadrotor", "satellite_wheels", "bluerov2_heavy"} < set(SCENES)
 
 
 @pytest.mark.parametrize("name", SCENES)
@@ -45,23 +45,45 @@ def test_satellite_is_a_uniform_6u_box():
 
 
 def test_quadrotor_hovers_on_its_rotors():
-    """Hover thrust on all four rotors together leaves it where it is; one rotor alone makes it turn the right way."""
+    """Where all turn at the speed of the closed form it stays where it is; the front one faster lifts the nose."""
     scene = load_scene(CONFIG / "quadrotor.yaml")
-    thrust = (0.0, 0.0, scene["body.mass"] * 9.80665 / 4.0)
-    wrenches = [frame.wrench(thrust, (0.0, 0.0, 0.0)) for frame in scene.frames.values()]
-    assert len(wrenches) == 4
-    assert set(scene.frames) < set(scene["wrench.topics"])  # a topic a rotor
-    simulation, one_topic = Simulation.from_scene(scene), Simulation.from_scene(scene)
-    for _ in range(100):
-        for topic, wrench in zip(scene.frames, wrenches, strict=True):
-            simulation.set_wrench(wrench, scene["wrench.timeout"], topic)
-            one_topic.set_wrench(wrench, scene["wrench.timeout"], "wrench")
-        simulation.step(10)
-        one_topic.step(10)
-    assert np.linalg.norm(simulation.state.position - (0.0, 0.0, 2.0)) < 1e-12  # m; measured 3e-16
-    assert one_topic.state.position[2] < -1.0  # each replaces the one before, and the last one is a quarter of it
-    front = scene.frames["rotor_front"].wrench(thrust, (0.0, 0.0, 0.0))
-    assert front.torque_body[1] == pytest.approx(-0.17 * thrust[2])  # lifting the nose turns about −y
+    sim = Simulation.from_scene(scene)
+    speed = math.sqrt(scene["body.mass"] * 9.80665 / (4.0 * 8.54858e-06))
+    assert speed == pytest.approx(453.0, abs=0.5)  # rad/s: what the file says
+    sim.set_actuators([speed] * 4)
+    sim.step(500)  # 40 time constants: it falls until they are that fast, and on from there at the same rate
+    before = sim.state.velocity
+    sim.step(500)
+    assert np.linalg.norm(sim.state.velocity - before) < 1e-12  # m/s; measured 1.3e-15
+    assert np.linalg.norm(sim.state.angular_velocity) < 1e-12  # rad/s; measured 0
+    sim.set_actuators([1.02 * speed, speed, 0.98 * speed, speed])
+    sim.step(100)
+    assert sim.state.angular_velocity[1] < -0.1  # lifting the nose turns about −y
+
+
+def test_rotors_wheels_and_thrusters_have_the_numbers_of_their_sources():
+    """Thrust at the top speed, momentum at the top speed, and the unit of each scene's limits."""
+    rotors, wheels, thrusters = (
+        Simulation.from_scene(load_scene(CONFIG / f"{name}.yaml")).actuators
+        for name in ("quadrotor", "satellite_wheels", "bluerov2_heavy")
+    )
+    for rotor in rotors:
+        assert rotor.thrust_coefficient * rotor.max**2 == pytest.approx(6.0, abs=0.01)  # N
+        assert rotor.torque_coefficient == pytest.approx(0.016 * rotor.thrust_coefficient, rel=1e-8)
+        assert rotor.inertia == pytest.approx(0.009 * 0.2**2 / 12.0, rel=1e-12)
+    for wheel in wheels:
+        assert wheel.inertia * wheel.max_speed == pytest.approx(0.02, rel=1e-4)  # N m s
+        assert wheel.max_speed == pytest.approx(6500.0 * 2.0 * math.pi / 60.0, rel=1e-4)
+    for thruster in thrusters:
+        limits = np.array((-4.1, 5.25)) * 9.80665
+        assert (thruster.min, thruster.max) == pytest.approx(limits, abs=0.05)  # N
+
+
+def test_two_scenes_of_one_vehicle_have_one_body():
+    own, other = (load_scene(CONFIG / f"{name}.yaml") for name in ("bluerov2_heavy", "underwater_vehicle"))
+    assert not [k for k, v in other.values.items() if not k.startswith("actuators.") and own.values[k] != v]
+    own, other = (load_scene(CONFIG / f"{name}.yaml") for name in ("satellite_wheels", "satellite"))
+    assert own["body.inertia"] == other["body.inertia"] and own["body.mass"] == other["body.mass"]
 
 
 def test_tumbling_body_turns_over():
