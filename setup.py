@@ -75,6 +75,7 @@ setup(
             "rigid_body_report = rigid_body_sim.report.main:main",
             "rigid_body_resim = rigid_body_sim.tools.resim_main:main",
             "pointing_controller = rigid_body_sim.tools.pointing_controller:main",
+            "actuator_controller = rigid_body_sim.tools.actuator_controller:main",
         ],
     },
 )

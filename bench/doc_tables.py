@@ -2,7 +2,7 @@
 
 import re
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 from pathlib import Path
 
@@ -10,7 +10,7 @@ from rigid_body_sim import integrators
 from rigid_body_sim.command_line import Parser
 from rigid_body_sim.mass.shapes import SHAPES
 from rigid_body_sim.scene import schema
-from rigid_body_sim.tools import control
+from rigid_body_sim.tools import actuator_laws, control
 from rigid_body_sim.values.parameter import TYPES, Parameter
 
 
@@ -53,9 +53,13 @@ def integrators_table() -> str:
     return "\n".join(lines)
 
 
-TABLES = (  # page, name of the table in it, and what makes it
+TABLES: tuple[tuple[str, str, Callable[[], str]], ...] = (  # page, name of the table in it, and what makes it
     ("interface.md", "parameters", parameters_table),
     ("interface.md", "controller", partial(parameters_table, control.PARAMETERS)),
+    *(
+        ("interface.md", f"{name} controller", partial(parameters_table, (actuator_laws.PLANT, *kind.parameters)))
+        for name, kind in actuator_laws.KINDS.items()
+    ),
     ("conventions.md", "shapes", shapes_table),
     ("choosing_an_integrator.md", "integrators", integrators_table),
 )

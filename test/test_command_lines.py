@@ -93,7 +93,7 @@ def test_a_working_directory_that_is_gone_is_told_in_one_sentence(tmp_path, name
     assert err.startswith(f"{name}: there is no working directory (") and err.endswith("change to one that is there\n")
 
 
-@pytest.mark.parametrize("name", ["rigid_body_node", "pointing_controller"])
+@pytest.mark.parametrize("name", ["rigid_body_node", "pointing_controller", "actuator_controller"])
 def test_node_answers_beside_arguments_of_ros_too(name):
     (module, function) = next(rest for found, *rest in PROGRAMS if found == name)
     ros = ("--ros-args", "-r", "__ns:=/a", "--params-file", "/nowhere.yaml")

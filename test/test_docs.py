@@ -98,10 +98,11 @@ def test_json_can_be_read_line_by_line(text):
 
 @pytest.mark.parametrize("text", blocks(""))
 def test_commands_name_programs_targets_and_files_that_exist(text):
-    programs = {"rigid_body_node", "rigid_body_demo", "rigid_body_report", "rigid_body_resim", "pointing_controller"}
+    programs = {f"rigid_body_{last}" for last in ("node", "demo", "report", "resim")}
+    programs |= {"pointing_controller", "actuator_controller"}
     setup, targets = (ROOT / "setup.py").read_text(), (ROOT / "Makefile").read_text()
     assert all(f'"{program} = ' in setup for program in programs)
-    assert set(re.findall(r"\b(?:rigid_body_[a-z]+|pointing_[a-z]+)\b", text)) <= programs | {"rigid_body_sim"}
+    assert set(re.findall(r"\b(?:rigid_body_[a-z]+|[a-z]+_controller)\b", text)) <= programs | {"rigid_body_sim"}
     assert all(f"\n{target}: " in targets for target in re.findall(r"^make ([a-z-]+)", text, re.M))
     assert all((ROOT / file).exists() for file in re.findall(r"\bconfig/\S+", text))
     assert all(find_spec(module) for module in re.findall(r"python -m (\S+)", text))

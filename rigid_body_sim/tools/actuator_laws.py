@@ -146,7 +146,7 @@ class Kind(NamedTuple):
 
     parameters: tuple[Parameter, ...]
     needed: tuple[bool, ...]  # of the six numbers of a wrench
-    make: Callable[[Terms, Mapping[str, Any]], Law]
+    make: Callable[[Scene, Mapping[str, Any]], Law]
 
 
 def _oscillator(name: str, natural_frequency: float) -> tuple[Parameter, ...]:
@@ -160,8 +160,9 @@ def _oscillator(name: str, natural_frequency: float) -> tuple[Parameter, ...]:
 
 
 def _position(natural_frequency: float, max_speed: float) -> tuple[Parameter, ...]:
+    where = "Where to hold the origin, world axes; empty = where it is at the start of the plant's scene."
     return (
-        Parameter("target.position", tuple, (0.0, 0.0, 1.0), "Where to hold the origin, world axes.", "m", length=3),
+        Parameter("target.position", tuple, (), where, "m", length=3, optional=True),
         *_oscillator("position", natural_frequency),
         Parameter("position.max_speed", float, max_speed, "On the way there.", "m/s", above=0.0),
     )
@@ -175,33 +176,34 @@ def _turning(natural_frequency: float, max_rate: float) -> tuple[Parameter, ...]
     )
 
 
-def _place(values: Mapping[str, Any]) -> PositionLaw:
-    names = ("target.position", "position.natural_frequency", "position.damping_ratio", "position.max_speed")
-    target, frequency, damping, speed = (values[name] for name in names)
+def _place(scene: Scene, values: Mapping[str, Any]) -> PositionLaw:
+    names = ("natural_frequency", "damping_ratio", "max_speed")
+    frequency, damping, speed = (values[f"position.{name}"] for name in names)
+    target = values["target.position"] or scene["initial.position"]
     return PositionLaw(np.array(target), frequency, damping, speed)
 
 
-def _attitude(terms: Terms, values: Mapping[str, Any]) -> PointingLaw:
-    names = ("attitude.natural_frequency", "attitude.damping_ratio", "attitude.max_rate")
-    frequency, damping, rate = (values[name] for name in names)
+def _attitude(scene: Scene, values: Mapping[str, Any]) -> PointingLaw:
+    names = ("natural_frequency", "damping_ratio", "max_rate")
+    frequency, damping, rate = (values[f"attitude.{name}"] for name in names)
     target = rotation.normalize(attitude.quaternion(values, "target"))
-    return PointingLaw(target, terms.body.inertia, frequency, damping, max_rate=rate)
+    return PointingLaw(target, scene.body().inertia, frequency, damping, max_rate=rate)
 
 
-def _hover(terms: Terms, values: Mapping[str, Any]) -> Law:
+def _hover(scene: Scene, values: Mapping[str, Any]) -> Law:
     names = ("attitude.natural_frequency", "heading.natural_frequency", "attitude.damping_ratio", "target.yaw")
     tilt, heading, damping, yaw = (values[name] for name in names)
     target = rotation.from_axis_angle(_UP, yaw)
-    turning = PointingLaw(target, terms.body.inertia, np.array((tilt, tilt, heading)), damping)
-    return Hovering(_place(values), turning, Rest(terms), math.tan(values["max_tilt"]))
+    turning = PointingLaw(target, scene.body().inertia, np.array((tilt, tilt, heading)), damping)
+    return Hovering(_place(scene, values), turning, Rest(scene.terms()), math.tan(values["max_tilt"]))
 
 
-def _hold(terms: Terms, values: Mapping[str, Any]) -> Law:
-    return Holding(_place(values), _attitude(terms, values), Rest(terms))
+def _hold(scene: Scene, values: Mapping[str, Any]) -> Law:
+    return Holding(_place(scene, values), _attitude(scene, values), Rest(scene.terms()))
 
 
-def _point(terms: Terms, values: Mapping[str, Any]) -> Law:
-    return Pointing(_attitude(terms, values))
+def _point(scene: Scene, values: Mapping[str, Any]) -> Law:
+    return Pointing(_attitude(scene, values))
 
 
 _HEADING = (
@@ -256,4 +258,4 @@ def kind_of(scene: Scene) -> Kind:
 def controller(scene: Scene, values: Mapping[str, Any]) -> Controller:
     """The controller of a scene's plant, with the parameters of its kind. Raises ValueError for what cannot be done."""
     kind, terms = kind_of(scene), scene.terms()
-    return Controller(kind.make(terms, values), allocation(terms.given["actuators"], terms.body, kind.needed))
+    return Controller(kind.make(scene, values), allocation(terms.given["actuators"], terms.body, kind.needed))

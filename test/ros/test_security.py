@@ -6,10 +6,15 @@ from xml.etree import ElementTree
 import pytest
 
 from . import policy
+from .node_process import ROOT
 
 pytest.importorskip("rclpy")
 pytestmark = pytest.mark.ros
 
+CONTROLLERS = {  # and the arguments without which they do not start
+    "pointing_controller": [],
+    "actuator_controller": ["-p", f"plant:={ROOT / 'config/quadrotor.yaml'}"],
+}
 HAS_TF = importlib.util.find_spec("tf2_msgs") is not None
 ALL_OUTPUTS = ["odom", "accel", "imu", "wrench_applied", "actuator_states", "marker", "clock", *["tf"] * HAS_TF]
 ACTUATED = {"actuators": {"names": ["jet"], "jet": {"type": "thruster", "min": 0.0, "max": 1.0}}}
@@ -52,24 +57,28 @@ def test_policy_allows_the_node_what_it_uses_and_nothing_else(connect, observer)
         assert does <= may, f"not in the policy, {what}: {does - may}"
 
 
-def test_policy_allows_the_controller_what_it_uses_and_nothing_else(run_node, observer):
-    namespace, module = "/controlled", "rigid_body_sim.tools.pointing_controller"
-    arguments = ["-r", f"__ns:={namespace}", "-p", "use_sim_time:=true"]
-    process = run_node(None, arguments=arguments, module=module)
-    allowed = policy.allowed("pointing_controller", namespace)
-    used = policy.used(observer, "pointing_controller", namespace, allowed)
+@pytest.mark.parametrize("name", CONTROLLERS)
+def test_policy_allows_a_controller_what_it_uses_and_nothing_else(run_node, observer, name):
+    namespace = f"/{name}"
+    arguments = ["-r", f"__ns:={namespace}", "-p", "use_sim_time:=true", *CONTROLLERS[name]]
+    process = run_node(None, arguments=arguments, module=f"rigid_body_sim.tools.{name}")
+    allowed = policy.allowed(name, namespace)
+    used = policy.used(observer, name, namespace, allowed)
     assert used == allowed
     process.assert_stopped_cleanly()
 
 
-def test_only_those_who_command_may_publish_a_wrench():
+def test_only_those_who_command_may_publish_a_command():
     tree = ElementTree.parse(policy.FILE)
     publishers = [
         profile.get("node")
         for profile in tree.iterfind(".//profile")
-        if any(topic.text == "wrench" for topic in profile.iterfind("topics[@publish='ALLOW']/topic"))
+        if any(
+            topic.text in ("wrench", "actuator_commands")
+            for topic in profile.iterfind("topics[@publish='ALLOW']/topic")
+        )
     ]
-    assert publishers == ["pointing_controller"]
+    assert publishers == list(CONTROLLERS)
     assert not [rule for rule in tree.iter() if "*" in (rule.text or "")], "a wildcard allows more than is used"
 
 
