@@ -45,6 +45,18 @@ def test_position_law_is_an_oscillator_near_its_target_and_no_faster_than_it_may
     assert np.abs(law.acceleration(np.array((-99.0, 2.0, 3.0)), np.array((0.5, 0.0, 0.0)))).max() < 1e-15  # measured 0
 
 
+def test_drone_stands_until_it_is_told_to_take_off():
+    """Its feet carry it, and none of them does a moment later; it hovers 1 m above where it stood."""
+    loop = Loop("quadrotor", **{"target.position": [0.0, 0.0, 1.0595]})
+    loop.sim.step(1000)
+    assert all(one.normal_force > 1.0 for one in loop.sim.contacts)  # N
+    assert np.linalg.norm(loop.sim.state.position - (0.0, 0.0, 0.0595)) < 1e-6  # m; measured 2.7e-9
+    loop.run(0.1)
+    assert all(one.normal_force == 0.0 and one.penetration < 0.0 for one in loop.sim.contacts)
+    loop.run(15.0)
+    assert np.linalg.norm(loop.sim.state.position - (0.0, 0.0, 1.0595)) < 1e-7  # m; measured 9e-9
+
+
 @pytest.mark.parametrize("frequency", [1.0, 2.0])
 def test_drone_hovers_at_its_target_at_the_speed_of_the_closed_form(frequency):
     loop = Loop(
@@ -52,11 +64,11 @@ def test_drone_hovers_at_its_target_at_the_speed_of_the_closed_form(frequency):
     )
     seen = loop.run(25.0)
     state = loop.sim.state
-    assert np.linalg.norm(state.position - (1.0, -0.5, 3.0)) < 1e-6  # m; measured 1.7e-8 and 4e-15
+    assert np.linalg.norm(state.position - (1.0, -0.5, 3.0)) < 1e-6  # m; measured 2.5e-8 and 1.4e-14
     assert (
         rotation.angle_between(rotation.from_axis_angle((0, 0, 1), 0.7), state.orientation) < 1e-8
-    )  # rad; measured 9e-10
-    assert [one.speed for one in seen[-1]] == pytest.approx([HOVER_SPEED] * 4, rel=1e-9)  # measured 4e-11 and 4e-13
+    )  # rad; measured 1.4e-9
+    assert [one.speed for one in seen[-1]] == pytest.approx([HOVER_SPEED] * 4, rel=1e-9)  # measured 1.7e-10 and 5e-13
     assert pytest.approx(453.0, abs=0.5) == HOVER_SPEED  # what the file says
     assert loop.sim.commands_limited == 0
 
@@ -67,11 +79,11 @@ def test_gust_moves_the_drone_by_what_its_spring_gives():
     loop.sim.set_wrench(Wrench(force_world=(0.3, 0.0, 0.0)), source="gust")
     loop.run(20.0)
     offset = 0.3 / (0.716 * 1.5**2)
-    assert loop.sim.state.position == pytest.approx((offset, 0.0, 2.0), abs=1e-8)  # m, of 0.19; measured 1.4e-10
+    assert loop.sim.state.position == pytest.approx((offset, 0.0, 2.0), abs=1e-8)  # m, of 0.19; measured 2.2e-10
     lean = math.atan2(0.3, 0.716 * 9.80665)
     assert rotation.angle_between((1, 0, 0, 0), loop.sim.state.orientation) == pytest.approx(
         lean, abs=1e-9
-    )  # measured 2e-11
+    )  # measured 2.5e-11
 
 
 def test_satellite_points_and_its_angular_momentum_stays_to_the_bit():

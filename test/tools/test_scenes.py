@@ -46,7 +46,7 @@ def test_satellite_is_a_uniform_6u_box():
 
 def test_quadrotor_hovers_on_its_rotors():
     """Where all turn at the speed of the closed form it stays where it is; the front one faster lifts the nose."""
-    scene = load_scene(CONFIG / "quadrotor.yaml")
+    scene = load_scene(CONFIG / "quadrotor.yaml").changed({"initial.position": (0.0, 0.0, 5.0)})
     sim = Simulation.from_scene(scene)
     speed = math.sqrt(scene["body.mass"] * 9.80665 / (4.0 * 8.54858e-06))
     assert speed == pytest.approx(453.0, abs=0.5)  # rad/s: what the file says
@@ -59,6 +59,16 @@ def test_quadrotor_hovers_on_its_rotors():
     sim.set_actuators([1.02 * speed, speed, 0.98 * speed, speed])
     sim.step(100)
     assert sim.state.angular_velocity[1] < -0.1  # lifting the nose turns about −y
+
+
+def test_quadrotor_stands_on_its_feet_as_deep_as_its_file_says():
+    sim, energies = run("quadrotor", 2)
+    depth = 0.716 * 9.80665 / (4.0 * 3510.8)
+    assert depth == pytest.approx(0.5e-3, rel=1e-4)  # m: what the file says
+    assert [one.penetration for one in sim.contacts] == pytest.approx([depth] * 4, rel=1e-12)  # measured 7e-15
+    force = 0.716 * 9.80665 / 4.0  # N
+    assert [one.normal_force for one in sim.contacts] == pytest.approx([force] * 4, rel=1e-12)  # measured 1e-14
+    assert np.abs(sim.state.velocity).max() < 1e-12 and np.ptp(energies) < 1e-11  # measured 3e-16 and 5e-14
 
 
 def test_rotors_wheels_and_thrusters_have_the_numbers_of_their_sources():
