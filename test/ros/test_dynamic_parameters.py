@@ -429,7 +429,7 @@ OF_MEMBERS = {  # node, values set together, what the reason must say
     "what may be set": (
         "lifted",
         {"rate": 50.0},
-        "drag.angular_quadratic, forces.lift.body_point, forces.lift.force",
+        "fluid.velocity, forces.lift.body_point, forces.lift.force",
     ),
 }
 
