@@ -93,7 +93,7 @@ class Inputs:
     @property
     def starters(self) -> list[str]:
         """Full names of the topics on which a message may set a body going that waits for its first command."""
-        return [each.end.topic_name for each in self.inputs if each.end.msg_type is WrenchStamped]
+        return [each.end.topic_name for each in self.inputs if each.end.msg_type not in (PoseStamped, TwistStamped)]
 
     @property
     def ages(self) -> dict[str, float | None]:

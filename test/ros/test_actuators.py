@@ -301,6 +301,29 @@ def test_recorded_run_in_real_time_is_simulated_again_to_the_bit(connect, tmp_pa
     assert "Equal to the bit" in capfd.readouterr().out
 
 
+def test_first_command_lets_a_body_go_that_waits_for_it(connect, tmp_path, capfd):
+    """A refused one does not; and the journal tells."""
+    pytest.importorskip("rosbags")
+    from rigid_body_sim.tools import resim
+
+    scene = {**ALONE, "start_on_command": True, "gravity": [0.0, 0.0, -9.8], "record.path": str(tmp_path / "bag")}
+    driver = Driver(connect(scene))
+    driver.send([math.nan])
+    driver.remote.wait_report(lambda _, values: values["refused: not finite"] == "1", "the refusal")
+    for count in (1, 2):
+        driver.remote.call("step")
+        assert not driver.collect(count)[0].linear.any()
+    driver.send([3.0])
+    driver.remote.wait_arrived(TOPIC)
+    driver.remote.call("step")
+    assert driver.collect(3)[0].linear[-1] == pytest.approx((0.0, 0.0075, -0.049), rel=0, abs=1e-15)
+    driver.remote.process.assert_stopped_cleanly()
+    topic = driver.remote.name.replace("rigid_body_node", TOPIC)
+    assert topic in driver.remote.process.stdout + driver.remote.process.stderr  # where it is waited for
+    assert resim.main([str(tmp_path / "bag")]) == resim.SAME
+    assert "Equal to the bit" in capfd.readouterr().out
+
+
 def test_run_in_lockstep_is_simulated_again_from_its_commands_alone(connect, tmp_path, capfd):
     pytest.importorskip("rosbags")
     import yaml
