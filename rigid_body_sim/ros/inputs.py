@@ -27,6 +27,7 @@ from .loop import Loop
 from .wrench_reader import WrenchReader
 
 QUEUE = 10
+_OF_NO_COMMAND = PoseStamped, TwistStamped, Vector3Stamped  # which set a state, or how the fluid flows
 WARN_EVERY = 5.0  # s between two warnings of the same kind
 
 
@@ -93,7 +94,7 @@ class Inputs:
     @property
     def starters(self) -> list[str]:
         """Full names of the topics on which a message may set a body going that waits for its first command."""
-        return [each.end.topic_name for each in self.inputs if each.end.msg_type not in (PoseStamped, TwistStamped)]
+        return [each.end.topic_name for each in self.inputs if each.end.msg_type not in _OF_NO_COMMAND]
 
     @property
     def ages(self) -> dict[str, float | None]:
