@@ -52,7 +52,7 @@ def test_run_of_random_changes_equals_a_fresh_one_to_the_bit(changes):
     for entry in journal.read(told):
         while fresh.steps < entry.step:
             fresh.step()
-        journaled._repeat(entry, fresh)
+        journaled._repeat(entry, fresh, waiting=False)
     fresh.step(sim.steps - fresh.steps)
     assert len(told) == changes
     assert fresh.save() == sim.save()

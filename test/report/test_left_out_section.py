@@ -56,7 +56,7 @@ def test_full_equations_leave_nothing_out_but_what_is_said():
         full = left_out_section.full_equations(load_scene(installed_scene(name)))
         for kind, simulation in full.items():
             simulation.set_wrench(cost.FULL_WRENCH)
-            allowed = {"gyroscopic term", "ground", "actuators"} | (
+            allowed = {"gyroscopic term", "ground", "flow of the fluid", "added mass", "actuators"} | (
                 {"drag", "tethers"} if kind == "full" and len(full) == 2 else {"drag"}
             )
             assert set(simulation.plan.left_out) <= allowed
