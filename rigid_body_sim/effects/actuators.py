@@ -18,12 +18,13 @@ from ..kernels.arrays import Floats, Vector
 from ..values import rotation
 from ..values.body import Body
 from ..values.parameter import NAMES, Parameter, shown
-from ..values.wrench import ZERO, three_finite
+from ..values.wrench import ZERO, number, three_finite
 from .base import DriveEffect
 
 TYPES = ("thruster", "rotor", "wheel")
 UNITS = {"thruster": "N", "rotor": "rad/s", "wheel": "N m"}  # of a command
 MOST_STEPS_LATE = 100_000
+SHORTEST_LAG = 1e-12  # s
 _OF_COMMAND = "N, rad/s or N m"
 _UP = (0.0, 0.0, 1.0)
 _NUMBERS = {  # smallest value, and what of it a message says
@@ -68,6 +69,8 @@ class Actuator:
     def __post_init__(self) -> None:
         if self.type not in TYPES:
             raise ValueError(f"{self}: type {shown(self.type)} is not known; give one of {', '.join(TYPES)}")
+        if not isinstance(self.name, str) or not self.name.strip():
+            raise ValueError(f"{self}: its name is no text; give one, by which it is known")
         if self.direction not in ("ccw", "cw"):
             raise ValueError(f"{self}: direction {shown(self.direction)} is not known; give ccw or cw")
         for name in ("min", "max", "initial", *_NUMBERS):
@@ -81,7 +84,7 @@ class Actuator:
         return f"actuator {shown(self.name)}"
 
     def _finite(self, name: str) -> float:
-        value = float(getattr(self, name))
+        value = number(getattr(self, name), f"{self}: {name}")
         if not math.isfinite(value) or (name in _NUMBERS and value < 0.0):
             least = " of at least 0" if name in _NUMBERS else ""
             raise ValueError(f"{self}: {name} {value:g} is not a finite number{least}")
@@ -97,6 +100,10 @@ class Actuator:
         if self.initial != 0.0 and self.time_constant == 0.0 and self.type != "wheel":
             raise ValueError(
                 f"{self}: initial {self.initial:g} without a time_constant: it is at once what is commanded"
+            )
+        if 0.0 < self.time_constant < SHORTEST_LAG:
+            raise ValueError(
+                f"{self}: time_constant {self.time_constant:g} s is shorter than {SHORTEST_LAG:g} s; give 0, for none"
             )
         if not any(self.axis):
             raise ValueError(f"{self}: axis {list(self.axis)} has no direction; give three numbers, not all 0")
@@ -128,8 +135,7 @@ class Actuator:
 
 def wrench_of(given: Actuator, body: Body) -> Floats:
     """Force [N] and torque about the centre of mass [N m], principal axes, by a force, or a rotor's speed squared."""
-    axis, arm = _principal(given.axis, body), _principal(np.subtract(given.position, body.center_of_mass), body)
-    axis = axis / np.linalg.norm(axis)
+    axis, arm = _axis(given, body), _principal(np.subtract(given.position, body.center_of_mass), body)
     if given.type == "wheel":
         return np.zeros(6)
     if given.type == "thruster":
@@ -137,6 +143,12 @@ def wrench_of(given: Actuator, body: Body) -> Floats:
     drag = given.torque_coefficient * (1.0 if given.direction == "ccw" else -1.0)
     thrust = given.thrust_coefficient * axis
     return np.concatenate((thrust, np.cross(arm, thrust) - drag * axis))
+
+
+def _axis(given: Actuator, body: Body) -> Floats:
+    """The unit vector along its axis, principal axes."""
+    axis = np.array(given.axis) / max(map(abs, given.axis))  # neither its square nor its length can overflow then
+    return _principal(axis / np.linalg.norm(axis), body)
 
 
 def _principal(vector: Vector, body: Body) -> Floats:
@@ -151,8 +163,7 @@ def _four(vector: Floats) -> Floats:
 def _numbers(given: Actuator, body: Body) -> Floats:
     """What it does by level: see kernels.drive."""
     numbers, wrench = np.zeros(drive.SIZE), wrench_of(given, body)
-    axis = _principal(given.axis, body)
-    axis = _four(axis / np.linalg.norm(axis))
+    axis = _four(_axis(given, body))
     at = drive.SQUARE if given.type == "rotor" else drive.LINEAR
     numbers[at : at + 8] = *_four(wrench[:3]), *_four(wrench[3:])
     if given.type == "rotor":

@@ -39,6 +39,7 @@ from ..values import rotation
 from ..values.body import Body
 from ..values.parameter import Parameter
 from ..values.state import Motions
+from ..values.wrench import number
 from .base import TransformEffect
 
 _DIAGONAL, _TRIANGLE = 6, 21
@@ -64,7 +65,7 @@ class AddedMass:
     added_mass: tuple[float, ...] = (0.0,) * _DIAGONAL
 
     def __post_init__(self) -> None:
-        values = tuple(float(value) for value in self.added_mass)
+        values = tuple(number(value, "added_mass") for value in self.added_mass)
         if len(values) not in (_DIAGONAL, _TRIANGLE):
             raise ValueError(
                 f"added_mass has {len(values)} entries; give 6, the diagonal, or 21, the upper triangle row by row"

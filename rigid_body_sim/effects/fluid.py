@@ -16,7 +16,7 @@ from ..kernels.compiled import kernel
 from ..kernels.model import FLUID
 from ..values.body import Body
 from ..values.parameter import Parameter
-from ..values.wrench import ZERO, three_finite
+from ..values.wrench import ZERO, number, three_finite
 from .base import MediumEffect
 from .drag import Drag
 
@@ -49,12 +49,13 @@ class Fluid:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "velocity", three_finite(self.velocity, "fluid velocity"))
-        intensity, scale = float(self.gust_intensity), float(self.gust_length_scale)
+        given = (number(getattr(self, name), name) for name in ("gust_intensity", "gust_length_scale", "gust_seed"))
+        intensity, scale, seed = given
         if not 0.0 <= intensity < math.inf:
             raise ValueError(f"gust_intensity {intensity:g} is not a finite number of at least 0")
         if not 0.0 < scale < math.inf:
             raise ValueError(f"gust_length_scale {scale:g} is not a finite number above 0")
-        if self.gust_seed != int(self.gust_seed) or not 0 <= self.gust_seed <= LARGEST_SEED:
+        if not (0.0 <= seed <= LARGEST_SEED and seed == math.floor(seed)):
             raise ValueError(f"gust_seed {self.gust_seed} is not a whole number from 0 to {LARGEST_SEED}")
         if intensity > 0.0 and not any(self.velocity):
             raise ValueError(
@@ -63,7 +64,7 @@ class Fluid:
             )
         object.__setattr__(self, "gust_intensity", intensity)
         object.__setattr__(self, "gust_length_scale", scale)
-        object.__setattr__(self, "gust_seed", int(self.gust_seed))
+        object.__setattr__(self, "gust_seed", int(seed))
 
 
 STILL = Fluid()

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterable, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -127,6 +128,14 @@ def total(wrenches: Iterable[Wrench]) -> Wrench:
         raise ValueError(f"the wrenches {list(given)} add up to more than a float holds; give smaller ones") from None
     points = [point for wrench in given for point in wrench.points]
     return Wrench(values[0:3], values[3:6], values[6:9], values[9:12], points or NO_POINTS)
+
+
+def number(value: Any, name: str) -> float:
+    """``value`` as a float, which may not be finite. Raises ValueError, naming ``name``, when it is none."""
+    try:
+        return float(value)
+    except (TypeError, ValueError, OverflowError):
+        raise ValueError(f"{name} {plain(value)!r} is not a number") from None
 
 
 def three_finite(value: Vector, name: str) -> tuple[float, float, float]:

@@ -272,6 +272,9 @@ def test_bad_commands_are_refused_and_nothing_moves(commands, sentence):
     [
         ({"type": "propeller"}, "type 'propeller' is not known; give one of thruster, rotor, wheel"),
         ({"time_constant": -0.1}, "time_constant -0.1 is not a finite number of at least 0"),
+        ({"time_constant": 1e-320}, "is shorter than 1e-12 s; give 0, for none"),
+        ({"time_constant": "short"}, "time_constant 'short' is not a number"),
+        ({"max": None}, "max None is not a number"),
         ({"delay": -0.1}, "delay -0.1 is not a finite number of at least 0"),
         ({"delay": math.nan}, "delay nan is not a finite number of at least 0"),
         ({"min": 2.0, "max": 1.0}, "min 2 is above max 1"),
@@ -287,6 +290,27 @@ def test_bad_commands_are_refused_and_nothing_moves(commands, sentence):
 def test_actuator_that_cannot_be_is_refused_with_its_name(change, sentence):
     with pytest.raises(ValueError, match=f"actuator 'push': .*{sentence}"):
         dataclasses.replace(PUSH, **change)
+
+
+@pytest.mark.no_numba
+def test_axis_may_have_any_length():
+    """From 1e-300 to 1e308 the same motion, to the bit for powers of two."""
+    ends = []
+    for length in (1.0, 2.0**-990, 2.0**1023):
+        sim = Simulation(
+            SATELLITE, START, rate=100.0, actuators=[dataclasses.replace(PUSH, axis=(length, 0.0, -length))]
+        )
+        sim.set_actuators([2.0])
+        sim.step(5)
+        ends.append(sim.save().state)
+    assert ends[0] == ends[1] == ends[2]
+
+
+@pytest.mark.no_numba
+@pytest.mark.parametrize("name", [3, "", " "])
+def test_actuator_has_a_name(name):
+    with pytest.raises(ValueError, match="its name is no text; give one"):
+        dataclasses.replace(PUSH, name=name)
 
 
 @pytest.mark.no_numba

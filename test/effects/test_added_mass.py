@@ -217,6 +217,7 @@ def test_six_numbers_are_the_diagonal_of_twenty_one():
 @pytest.mark.parametrize(
     ("values", "reason"),
     [
+        (("x",) * 6, "is not a number"),
         ((1.0, 2.0, 3.0), "has 3 entries; give 6, the diagonal, or 21, the upper triangle row by row"),
         (
             (-5.5, 12.7, 14.57, 0.12, 0.12, 0.12),
@@ -231,7 +232,7 @@ def test_what_cannot_be_is_refused(values, reason):
     """In a sentence, by Simulation and by a scene, which names the parameter."""
     with pytest.raises(ValueError, match=rf"^added_mass .*{reason}"):
         Simulation(BODY, added_mass=values)
-    with pytest.raises(ValueError, match=r"^parameter body\.added_mass .*(entries|semidefinite|not finite)"):
+    with pytest.raises(ValueError, match=r"^parameter body\.added_mass .*(entries|semidefinite|not finite|not a number)"):
         Scene({"body.added_mass": list(values)})
 
 

@@ -222,6 +222,9 @@ def test_gusts_of_a_fluid_that_cannot_be_are_refused():
     for fields, reason in (
         ({"gust_intensity": math.nan}, "gust_intensity nan is not a finite number of at least 0"),
         ({"gust_length_scale": 0.0}, "gust_length_scale 0 is not a finite number above 0"),
+        ({"gust_seed": None}, "gust_seed None is not a number"),
+        ({"gust_seed": 1.5}, "gust_seed 1.5 is not a whole number"),
+        ({"gust_seed": math.nan}, "gust_seed nan is not a whole number"),
         ({"gust_seed": 10**9 + 1}, "gust_seed 1000000001 is not a whole number from 0 to 1000000000"),
         ({"gust_intensity": 1.0}, "gust_intensity 1 in a fluid at rest"),
     ):
