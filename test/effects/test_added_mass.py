@@ -232,7 +232,9 @@ def test_what_cannot_be_is_refused(values, reason):
     """In a sentence, by Simulation and by a scene, which names the parameter."""
     with pytest.raises(ValueError, match=rf"^added_mass .*{reason}"):
         Simulation(BODY, added_mass=values)
-    with pytest.raises(ValueError, match=r"^parameter body\.added_mass .*(entries|semidefinite|not finite|not a number)"):
+    with pytest.raises(
+        ValueError, match=r"^parameter body\.added_mass .*(entries|semidefinite|not finite|not a number)"
+    ):
         Scene({"body.added_mass": list(values)})
 
 
