@@ -52,30 +52,35 @@ class Actuation:
     def take(self, commands: Sequence[float], end: int | None) -> None:
         """Hold these from here on. Raises ValueError, and changes nothing, for a wrong number of them, or a bad one."""
         try:
-            values = tuple(map(float, commands))
-        except (TypeError, ValueError):
-            values = ()
-        if len(values) != len(self._limits) or not math.isfinite(sum(values)):
-            self._check(commands)
+            values, total = tuple(map(float, commands)), sum(commands)  # which texts have none of
+        except (TypeError, ValueError, OverflowError):
+            values, total = (), math.nan
+        if len(values) != len(self._limits) or not math.isfinite(total) or isinstance(commands, bytes):
+            values = self._checked(commands)
         self.commands, self.end = values, end
         for value, (least, most) in zip(values, self._limits, strict=True):
             if not least <= value <= most:
                 self.limited += 1
                 break
 
-    def _check(self, commands: Sequence[float]) -> None:
-        """Raise ValueError for what is not as many finite numbers as there are actuators."""
+    def _checked(self, commands: Sequence[float]) -> tuple[float, ...]:
+        """The commands. Raises ValueError for what is not as many finite numbers as there are actuators."""
         refused, count = f"actuator commands {shown(commands)} refused", len(self._limits)
         names = ", ".join(one.name for one in self.actuators)
         wanted = f"give {count} numbers, for {names}" if count else "there are no actuators"
+        if isinstance(commands, str | bytes):
+            raise ValueError(f"{refused}: they are no numbers; {wanted}")
         try:
-            values = [float(value) for value in commands]
+            values = tuple(math.nan if isinstance(value, str | bytes) else float(value) for value in commands)
+        except OverflowError:
+            raise ValueError(f"{refused}: not all are finite; {wanted}") from None
         except (TypeError, ValueError):
             raise ValueError(f"{refused}: they are no numbers; {wanted}") from None
         if len(values) != count:
             raise ValueError(f"{refused}: they are {len(values)} numbers; {wanted}")
         if not all(map(math.isfinite, values)):
             raise ValueError(f"{refused}: not all are finite; {wanted}")
+        return values
 
     def rest(self) -> None:
         """Hold all at 0, for ever."""

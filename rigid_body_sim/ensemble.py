@@ -208,6 +208,8 @@ class Ensemble:
         that is not finite.
         """
         bodies = self._bodies
+        if commands is None:
+            raise ValueError("commands are None; give a row of numbers for each body, or one for all")
         counts = {len(one.given["actuators"]) for one in bodies.terms}
         if len(counts) > 1:
             raise ValueError(
@@ -446,9 +448,8 @@ class Ensemble:
         memory = self._bodies.models[i, int(self._bodies.models[i, MEMORY]) :][: len(terms.memory(self._rate.h))]
         commands = actuation.commands_in(terms.given["actuators"], self._bodies.models[i])
         stiff = None if np.isnan(stiffness) else stiffness
-        single.restore(
-            Snapshot(self.steps + ahead, state, held, origin, stiff, tuple(memory.tolist()), (commands, None))
-        )
+        remembers, kept = terms.remembers(self._rate.h), tuple(memory.tolist())
+        single.restore(Snapshot(self.steps + ahead, state, held, origin, stiff, kept, (commands, None), remembers))
         return single
 
 

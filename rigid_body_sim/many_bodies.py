@@ -77,7 +77,7 @@ def rows(name: str, given: ArrayLike, n: int, shapes: Sequence[tuple[int, ...]])
     """One row for each of n bodies, shape (n, ...). Raises ValueError, with its row, for what is not finite."""
     try:
         array = np.array(given, float)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise ValueError(f"{name} holds what is no number, or rows of different lengths") from None
     if array.shape in shapes:
         array = np.broadcast_to(array, (n, *array.shape))

@@ -280,7 +280,8 @@ class Simulation:
         """Go on with other terms, named as in the constructor from ``body`` to ``rtol``; those not named stay.
 
         Pose and velocities of the body frame stay, and so do the held wrenches and the time; another body has another
-        momentum. Raises ValueError, and changes nothing, as the constructor does, and TypeError for any other name.
+        momentum. Actuators begin anew, levels and wheels too, where any has more than other limits of its command.
+        Raises ValueError, and changes nothing, as the constructor does, and TypeError for any other name.
         An integrator that was not needed before is made ready here, which compiles it when it never was. Where only the
         fluid's velocity changes, the plan stays, and it takes no longer than a wrench.
         """
@@ -292,10 +293,11 @@ class Simulation:
         new = self._stepping.changed(changed)
         memory = new.terms.memory(self._h, self.terms, self._memory)
         actuation, state = self._actuation.of(new.terms.given["actuators"]), self._state
-        if new.terms.body != self.body:
-            state = flatten(self.state, new.terms.model(NO_WRENCH, memory))
+        model = new.terms.model(NO_WRENCH, memory)
+        if new.terms.body != self.body or not np.array_equal(model[INSIDE], self._model[INSIDE]):
+            state = flatten(self.state, model)
         self._stepping, self._actuation = new, actuation
-        self._model = new.terms.model(NO_WRENCH, memory)
+        self._model = model
         self._state[:] = state
         self._acceleration_kernel = None
         self._begin_anew()
@@ -496,10 +498,19 @@ class Simulation:
         sources = tuple((name, *held) for name, held in self._held.sources.items())
         memory, actuation = tuple(self._memory.tolist()), self._actuation
         stiffness, commands = self._stepping.stiffness, (actuation.commands, actuation.end)
-        return Snapshot(self.steps, state, sources, origin, stiffness, memory, commands)
+        remembers = self.terms.remembers(self._h)
+        return Snapshot(self.steps, state, sources, origin, stiffness, memory, commands, remembers)
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Continue from a snapshot taken with the same body, rate, gravity and integrator: the same bits follow."""
+        """Continue from a snapshot taken with the same body, rate, terms and integrator: the same bits follow.
+
+        Raises ValueError, and changes nothing, for one of other actuators or gusts.
+        """
+        if snapshot.remembers != self.terms.remembers(self._h) or len(snapshot.actuators[0]) != len(self.actuators):
+            raise ValueError(
+                "the snapshot is of other actuators or gusts, or another rate: what they remember does not fit; "
+                "restore it in a simulation made in the same way"
+            )
         self._stepping.stiffness = snapshot.stiffness
         self._actuation.commands, self._actuation.end = snapshot.actuators
         self._model = self.terms.model(NO_WRENCH, np.array(snapshot.memory))

@@ -1,6 +1,7 @@
 """What decides a simulation's future."""
 
 from dataclasses import dataclass
+from typing import Any
 
 from .values.wrench import Wrench
 
@@ -16,3 +17,4 @@ class Snapshot:
     stiffness: float | None = None  # by which ``auto`` chose
     memory: tuple[float, ...] = ()  # of effects: see Terms.memory
     actuators: tuple[tuple[float, ...], int | None] = ((), None)  # commands, and the step at which they end
+    remembers: tuple[Any, ...] = ()  # what the memory is of: see Terms.remembers

@@ -191,6 +191,16 @@ class Terms:
         }
         return {**drive, **loads}
 
+    def remembers(self, h: float) -> tuple[Any, ...]:
+        """What memory is of, for steps of h [s]: where that is the same, it fits. Empty where there is none."""
+        return (h, *self._remembered) if self._remembered else ()
+
+    @cached_property
+    def _remembered(self) -> tuple[Any, ...]:
+        drive = [self._drive.name] if self._drive else []
+        names = (*drive, *(effect.name for effect in _LOADS if effect.memory_size and self._by_kernels[effect.name]))
+        return tuple((name, *self._fixed(name)) for name in names)
+
     def _fixed(self, name: str) -> list[tuple[Any, ...]]:
         return [REGISTRY[name].fixed(one) for one in self.acting[name]]
 

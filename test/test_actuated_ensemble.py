@@ -92,6 +92,8 @@ def test_reset_bodies_begin_anew():
     ("commands", "sentence"),
     [
         ([[0.0, 1.0]] * 4, "numbers of bodies differ|4"),
+        (None, "commands are None; give a row of numbers"),
+        ([[10**400, 1.0]] * 5, "commands holds what is no number"),
         ([0.0, 1.0, 2.0], r"commands has shape \(3,\)"),
         ([[0.0, 1.0]] * 4 + [[0.0, np.nan]], "row 4 of commands"),
     ],

@@ -250,6 +250,9 @@ def test_step_that_cannot_be_done_leaves_actuators_as_they_were():
         ([1.0, math.inf], "refused: not all are finite"),
         ("ab", "refused: they are no numbers"),
         ([None, 1.0], "refused: they are no numbers"),
+        (["1", 1.0], "refused: not all are finite"),
+        (b"ab", "refused: they are no numbers"),
+        ([10**400, 1.0], "refused: not all are finite"),
         ([1e308, 1e308], None),
     ],
 )
@@ -290,6 +293,41 @@ def test_bad_commands_are_refused_and_nothing_moves(commands, sentence):
 def test_actuator_that_cannot_be_is_refused_with_its_name(change, sentence):
     with pytest.raises(ValueError, match=f"actuator 'push': .*{sentence}"):
         dataclasses.replace(PUSH, **change)
+
+
+@pytest.mark.no_numba
+def test_snapshot_of_other_actuators_is_refused_and_nothing_changes():
+    """Of another number, of as many others, of another delay, and at another rate; other limits fit."""
+    saved = Simulation(SATELLITE, START, rate=100.0, actuators=[PUSH, SPIN]).save()
+    late = dataclasses.replace(PUSH, delay=1.0)
+    for actuators, rate in (
+        ((), 100.0),
+        ((PUSH,), 100.0),
+        ((late, SPIN), 100.0),
+        ((SPIN, PUSH), 100.0),
+        ((PUSH, SPIN), 50.0),
+    ):
+        sim = Simulation(SATELLITE, rate=rate, actuators=actuators)
+        before = sim.save()
+        with pytest.raises(ValueError, match="the snapshot is of other actuators or gusts, or another rate"):
+            sim.restore(saved)
+        assert sim.save() == before
+        sim.set_wrench(Wrench(force_body=(1.0, 0.0, 0.0)))
+    sim = Simulation(SATELLITE, rate=100.0, actuators=[dataclasses.replace(PUSH, max=1.0), SPIN])
+    sim.restore(saved)
+    assert sim.save() == saved
+
+
+@pytest.mark.no_numba
+@pytest.mark.parametrize("other", [(), (dataclasses.replace(SPIN, axis=(0.0, 0.0, 1.0)),), (PUSH,)])
+def test_velocities_stay_where_actuators_change(other):
+    """What spun inside is gone, or begins anew, and the body turns as before; measured 1.1e-16."""
+    sim = Simulation(SATELLITE, START, rate=100.0, actuators=[SPIN])
+    sim.set_actuators([0.1])
+    sim.step(40)
+    before = sim.state.values[:13].copy()
+    sim.change(actuators=other)
+    assert_allclose(sim.state.values[:13], before, rtol=0, atol=1e-15)
 
 
 @pytest.mark.no_numba
