@@ -112,7 +112,7 @@ class Terms:
             for effect in _LOADS
         }
 
-    @property
+    @cached_property
     def remembering(self) -> tuple[str, ...]:
         """Names of the effects of which something goes on from step to step."""
         drive = (self._drive.name,) if self._drive else ()
@@ -183,13 +183,12 @@ class Terms:
 
     def _memories(self, h: float) -> dict[str, Floats]:
         """By effect, as they are at the start."""
-        drive = {self._drive.name: self._drive.memory(self.acting[self._drive.name], h)} if self._drive else {}
-        remembering = (effect for effect in _LOADS if effect.memory_size and self._by_kernels[effect.name])
-        loads = {
-            effect.name: np.concatenate([effect.memory(one, self.body, h) for one in self._by_kernels[effect.name]])
-            for effect in remembering
-        }
-        return {**drive, **loads}
+        return {name: self._memory_of(REGISTRY[name], h) for name in self.remembering}
+
+    def _memory_of(self, effect: Any, h: float) -> Floats:
+        if isinstance(effect, DriveEffect):
+            return effect.memory(self.acting[effect.name], h)
+        return np.concatenate([effect.memory(one, self.body, h) for one in self._by_kernels[effect.name]])
 
     def remembers(self, h: float) -> tuple[Any, ...]:
         """What memory is of, for steps of h [s]: where that is the same, it fits. Empty where there is none."""
@@ -197,9 +196,7 @@ class Terms:
 
     @cached_property
     def _remembered(self) -> tuple[Any, ...]:
-        drive = [self._drive.name] if self._drive else []
-        names = (*drive, *(effect.name for effect in _LOADS if effect.memory_size and self._by_kernels[effect.name]))
-        return tuple((name, *self._fixed(name)) for name in names)
+        return tuple((name, *self._fixed(name)) for name in self.remembering)
 
     def _fixed(self, name: str) -> list[tuple[Any, ...]]:
         return [REGISTRY[name].fixed(one) for one in self.acting[name]]

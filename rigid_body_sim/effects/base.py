@@ -22,7 +22,7 @@ from ..kernels.model import LOADS
 from ..kernels.motion import Acting, Passed, held_load
 from ..kernels.tuples import Load, Motion, Quat, added
 from ..values.body import Body
-from ..values.parameter import Parameter
+from ..values.parameter import OPEN, Parameter
 from ..values.state import Motions
 
 
@@ -62,9 +62,7 @@ def _never(model: Floats, at: int, before: Motion, after: Motion, h: float) -> P
     return Passed(-1.0, 1.0)
 
 
-_OPEN = ".<name>."  # between a group and a parameter that each member of the group has
-
-
+@kernel
 def _lasting(model: Floats, at: int, memory: int, h: float) -> None:
     return
 
@@ -111,7 +109,7 @@ class Effect:
     @property
     def groups(self) -> tuple[str, ...]:
         """Of one that is not ``many``: the fields that are sequences, one for each name of the user's in a group."""
-        opened = (parameter.name.split(_OPEN)[0] for parameter in self.parameters if _OPEN in parameter.name)
+        opened = (parameter.name.split(OPEN)[0] for parameter in self.parameters if OPEN in parameter.name)
         return () if self.many else tuple(opened)
 
     @property

@@ -11,7 +11,7 @@ from typing import Any
 
 from .. import effects
 from ..mass.shapes import SHAPES
-from ..values.parameter import MOST_SHOWN, NAMES, Parameter, shown
+from ..values.parameter import MOST_SHOWN, NAMES, OPEN, Parameter, shown
 
 MISSPELT = 0.75  # of 1: likeness of names at which one is taken for the other, misspelt; mas and mass have 0.86
 MOST_TOLD = 1500  # characters of a message that others made, YAML for one
@@ -206,13 +206,12 @@ TABLE: tuple[Parameter, ...] = (
 )
 
 BY_NAME = {parameter.name: parameter for parameter in TABLE}
-_OPEN = ".<name>."  # between a group and a parameter that each member of the group has
-GROUPS = tuple(dict.fromkeys(name.split(_OPEN)[0] for name in BY_NAME if _OPEN in name))
+GROUPS = tuple(dict.fromkeys(name.split(OPEN)[0] for name in BY_NAME if OPEN in name))
 
 
 def find(name: str, table: Mapping[str, Parameter] = BY_NAME) -> Parameter:
     """The parameter of that name. Raises ValueError with the nearest known name when there is none."""
-    if (pattern := _pattern(name)) in table and _OPEN not in name:
+    if (pattern := _pattern(name)) in table and OPEN not in name:
         return table[pattern]
     raise ValueError(unknown(name, pattern, table))
 
@@ -221,7 +220,7 @@ def _pattern(name: str) -> str:
     """``name`` with ``<name>`` in place of the name of a member of a group."""
     group, _, rest = name.partition(".")
     member, _, last = rest.partition(".")
-    return f"{group}{_OPEN}{last}" if group in GROUPS and member and last else name
+    return f"{group}{OPEN}{last}" if group in GROUPS and member and last else name
 
 
 def has_attitude(prefix: str, table: Mapping[str, Parameter] = BY_NAME) -> bool:
@@ -308,7 +307,7 @@ def belongs_to_ros(name: str) -> bool:
 
 def defaults(table: Mapping[str, Parameter] = BY_NAME) -> dict[str, Any]:
     """Name and default of every parameter that a scene always has."""
-    return {name: parameter.default for name, parameter in table.items() if _OPEN not in name}
+    return {name: parameter.default for name, parameter in table.items() if OPEN not in name}
 
 
 def flat(tree: Mapping[Any, Any], prefix: str = "") -> dict[str, Any]:
@@ -338,11 +337,11 @@ def read(given: Mapping[str, Any], table: Mapping[str, Parameter] = BY_NAME) -> 
 def _complete(values: dict[str, Any], group: str, member: str) -> None:
     """Add the defaults of what a member of a group was not given. Raises ValueError when it must be given."""
     names = (
-        parameter.name.replace("<name>", member) for parameter in TABLE if parameter.name.startswith(group + _OPEN)
+        parameter.name.replace("<name>", member) for parameter in TABLE if parameter.name.startswith(group + OPEN)
     )
     first = next(name for name in names if name in values)
     for parameter in TABLE:
-        if parameter.name.startswith(f"{group}{_OPEN}"):
+        if parameter.name.startswith(f"{group}{OPEN}"):
             name = parameter.name.replace("<name>", member)
             if parameter.required and name not in values:
                 raise ValueError(

@@ -10,6 +10,7 @@ from ..kernels.arrays import plain
 
 NAMES = tuple[str, ...]
 TYPES = {bool: "bool", int: "integer", float: "double", str: "string", tuple: "double array", NAMES: "string array"}
+OPEN = ".<name>."  # between a group and a parameter that each member of the group has
 MOST_SHOWN = 200  # characters of a value in a message
 
 
