@@ -37,7 +37,7 @@ from ..kernels.series import HIGHEST_ORDER, NARROW
 from ..kernels.state import L, P, Q, X, add_compensated, add_row, align, body_momentum, is_thin
 from ..kernels.straight_line import straight_line
 from ..kernels.symbols import Row, picked, row
-from .base import SCRATCH, TINY, Integrator
+from .base import SCRATCH, TINY, Integrator, Step
 
 SHORT = 0.02  # rad; a step that turns the body by less takes eight orders, nearly always
 TRIAL_ANGLE = 0.8  # rad; a trial step turns the body by about this much at most
@@ -210,8 +210,27 @@ def _series_of(kind: Kind) -> Callable[[Floats, Floats, float, float], tuple[int
     return fill
 
 
-_set_tiny_impulse, _set_short_impulse = series.short_impulse(6), series.short_impulse(NARROW)
-_set_tiny_driven_impulse, _set_short_driven_impulse = (driven_series.short_impulse(order) for order in (6, NARROW))
+Impulse = Callable[[Floats, Floats, int, float], None]
+
+
+def _impulse_with(short: Callable[[int], Callable[[Floats, Floats], None]], long: Impulse) -> Impulse:
+    tiny, narrow = short(6), short(NARROW)
+
+    @kernel
+    def set_impulse(rows: Floats, model: Floats, order: int, f: float) -> None:
+        """Set that of the force in body axes over a share f of the trial step."""
+        if order == 6:
+            tiny(rows, model)
+        elif order == NARROW:
+            narrow(rows, model)
+        else:
+            long(rows, model, order, f)
+
+    return set_impulse
+
+
+_set_impulse = _impulse_with(series.short_impulse, series.set_impulse)
+_set_driven_impulse = _impulse_with(driven_series.short_impulse, driven_series.set_impulse)
 
 
 @kernel
@@ -220,24 +239,14 @@ def _translate(state: Floats, model: Floats, rows: Floats, order: int, f: float,
     if model[FORCE] == 0.0 and model[FORCE + 1] == 0.0 and model[FORCE + 2] == 0.0:
         _fall(state, model, h)
     else:
-        if order == 6:
-            _set_tiny_impulse(rows, model)
-        elif order == NARROW:
-            _set_short_impulse(rows, model)
-        else:
-            series.set_impulse(rows, model, order, f)
+        _set_impulse(rows, model, order, f)
         _fall_andpush(state, model, rows, h)
 
 
 @kernel
 def _translate_driven(state: Floats, model: Floats, rows: Floats, order: int, f: float, h: float) -> None:
     """The same under a force in body axes that actuators change."""
-    if order == 6:
-        _set_tiny_driven_impulse(rows, model)
-    elif order == NARROW:
-        _set_short_driven_impulse(rows, model)
-    else:
-        driven_series.set_impulse(rows, model, order, f)
+    _set_driven_impulse(rows, model, order, f)
     _fall_andpush(state, model, rows, h)
 
 
@@ -353,42 +362,36 @@ _DRIVEN = _substep_of(
 )
 
 
-@kernel
-def step(acting: Acting, state: Floats, model: Floats, work: Floats, h: float) -> bool:
-    """One step in as many sub-steps as its series needs; False when it cannot be done."""
-    left = h
-    for _ in range(MOST_SUBSTEPS):
-        taken = _PLAIN(state, model, work, left)
-        if not taken * (HOPELESS * MOST_SUBSTEPS) > left:
-            return False
-        left -= taken
-        if left <= 0.0:
-            return True
-    return False
+def _step_of(substep: Callable[[Floats, Floats, Floats, float], float]) -> Step:
+    @kernel
+    def step(acting: Acting, state: Floats, model: Floats, work: Floats, h: float) -> bool:
+        """One step in as many sub-steps as its series needs; False when it cannot be done.
+
+        Time passes for actuators, too; without any that is nothing.
+        """
+        left = h
+        for _ in range(MOST_SUBSTEPS):
+            taken = substep(state, model, work, left)
+            acting.drive.advance(model, taken)
+            if not taken * (HOPELESS * MOST_SUBSTEPS) > left:
+                return False
+            left -= taken
+            if left <= 0.0:
+                return True
+            acting.drive.settle(model)
+        return False
+
+    return step
 
 
-@kernel
-def driven_step(acting: Acting, state: Floats, model: Floats, work: Floats, h: float) -> bool:
-    """The same with actuators, for which the time passes, too."""
-    left = h
-    for _ in range(MOST_SUBSTEPS):
-        taken = _DRIVEN(state, model, work, left)
-        acting.drive.advance(model, taken)
-        if not taken * (HOPELESS * MOST_SUBSTEPS) > left:
-            return False
-        left -= taken
-        if left <= 0.0:
-            return True
-        acting.drive.settle(model)
-    return False
-
+step = _step_of(_PLAIN)
 
 INTEGRATOR = Integrator(
     name="taylor",
     order=None,
     explicit=True,
     step=step,
-    driven=driven_step,
+    driven=_step_of(_DRIVEN),
     work_size=WORK_SIZE,
     reversible=True,
     text=(

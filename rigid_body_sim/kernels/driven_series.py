@@ -27,7 +27,6 @@ from .series import (
     TERM,
     TERMS,
     THREE_NODES,
-    TORQUES,
     VECTOR,
     WHOLE,
     Equations,
@@ -35,7 +34,6 @@ from .series import (
     arm_rows,
     begin,
     carried_on,
-    carried_vectors,
     impulse_under,
     keep_impulse,
     more_orders,
@@ -110,9 +108,7 @@ def carry(carried: int) -> Callable[[Floats, Floats, Floats], float]:
 
     @straight_line
     def set_carried(state: Floats, model: Floats, work: Floats) -> float:
-        vectors, torque = carried_vectors(state, model, carried)
-        set_carried_vectors(work, vectors)
-        set_row(work, TORQUES, torque)
+        torque = set_carried_vectors(state, model, work, carried)
         inside = row(model, INTERNAL, 4) * row(model, INVERSE, 4)
         change = magnitude(torque) + magnitude(row(model, INTERNAL_SLOPE, 4))
         squares = inside * inside
@@ -156,11 +152,11 @@ def short_impulse(order: int) -> Callable[[Floats, Floats], None]:
 
     @straight_line
     def set_short_impulse(work: Floats, model: Floats) -> None:
-        times, weights, second_weights = nodes
-        turn, force = ([np.zeros(len(times)) for _ in range(count)] for count in (4, 3))
-        power = np.ones(len(times))
+        then, weights, second_weights = nodes
+        turn, force = ([np.zeros(len(then)) for _ in range(count)] for count in (4, 3))
+        power = np.ones(len(then))
         for k in range(1, order + 1):
-            power = power * times
+            power = power * then
             force = [one + power * work[DRIVEN + STRIDE_OF_DRIVE * k + n] for n, one in enumerate(force)]
             if k <= order - 2:
                 turn = [one + power * work[TERMS + k * STRIDE + TERM + n] for n, one in enumerate(turn)]
@@ -172,8 +168,8 @@ def short_impulse(order: int) -> Callable[[Floats, Floats], None]:
 @straight_line
 def set_impulse(work: Floats, model: Floats, order: int, f: float) -> None:
     """As series.set_impulse, of the force that actuators change."""
-    times, weights, second_weights = EIGHT_NODES
-    then, top = f * times, order + 1
+    nodes, weights, second_weights = EIGHT_NODES
+    then, top = f * nodes, order + 1
 
     def add_term(i: Any, *sums: Row) -> tuple[Row, ...]:
         k = top - i

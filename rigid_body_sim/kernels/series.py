@@ -192,18 +192,18 @@ def carry(carried: int) -> Callable[[Floats, Floats, Floats], float]:
 
     @straight_line
     def set_carried(state: Floats, model: Floats, work: Floats) -> float:
-        vectors, torque = carried_vectors(state, model, carried)
-        set_carried_vectors(work, vectors)
-        set_row(work, TORQUES, torque)
-        return turning(row(work, RATES, 4), torque, model)
+        return turning(row(work, RATES, 4), set_carried_vectors(state, model, work, carried), model)
 
     return set_carried
 
 
-def set_carried_vectors(work: Any, vectors: Sequence[Row]) -> None:
-    """Put them to where the trial step that begins finds them."""
+def set_carried_vectors(state: Any, model: Any, work: Any, carried: int) -> Row:
+    """Put them and the torque to where the trial step that begins finds them, and return the torque."""
+    vectors, torque = carried_vectors(state, model, carried)
     for i, b in enumerate(vectors):
         set_row(work, TERMS + (LEFT + 16 + 8 * i), b[ZXY])
+    set_row(work, TORQUES, torque)
+    return torque
 
 
 def carried_vectors(state: Any, model: Any, carried: int) -> tuple[list[Row], Row]:
@@ -426,8 +426,8 @@ EIGHT_NODES = np.array(
 @straight_line
 def set_impulse(work: Floats, model: Floats, order: int, f: float) -> None:
     """Find the impulse of the force in body axes over a share f of the trial step, from its values at eight times."""
-    times, weights, second_weights = EIGHT_NODES
-    then, top = f * times, order + 1
+    nodes, weights, second_weights = EIGHT_NODES
+    then, top = f * nodes, order + 1
 
     def add_term(i: Any, *sums: Row) -> tuple[Row, ...]:
         at = TERMS + (top - i) * STRIDE + TERM
@@ -470,10 +470,10 @@ def impulse_under(
 
 def impulse_of(model: Any, terms: Sequence[Row]) -> tuple[Row, Row]:
     """What ``set_impulse`` finds over a whole step, from the terms of q of order 1 and up."""
-    times, weights, second_weights = EIGHT_NODES
+    nodes, weights, second_weights = EIGHT_NODES
     sums: list[Any] = [np.zeros(8) for _ in range(4)]
     for q in reversed(terms):
-        sums = [times * (one + q[n]) for n, one in enumerate(sums)]
+        sums = [nodes * (one + q[n]) for n, one in enumerate(sums)]
     return _impulse(model, sums, weights, second_weights)
 
 
@@ -490,9 +490,9 @@ def short_impulse(order: int) -> Callable[[Floats, Floats], None]:
 
 def few_orders_impulse(model: Any, terms: Sequence[Row]) -> tuple[Row, Row]:
     """The same, from the 6 or 8 terms of q of order 1 and up, of which the last two count for less than round-off."""
-    times, weights, second_weights = THREE_NODES if len(terms) == 6 else FOUR_NODES
-    sums, power = [np.zeros(len(times)) for _ in range(4)], np.ones(len(times))
+    nodes, weights, second_weights = THREE_NODES if len(terms) == 6 else FOUR_NODES
+    sums, power = [np.zeros(len(nodes)) for _ in range(4)], np.ones(len(nodes))
     for q in terms[:-2]:
-        power = power * times
+        power = power * nodes
         sums = [one + power * q[n] for n, one in enumerate(sums)]
     return _impulse(model, sums, weights, second_weights)
