@@ -94,6 +94,8 @@ class Actuation:
 
     def writer(self, model: Floats) -> Callable[[Sequence[float]], None]:
         """What lets a model have commands within their limits."""
+        if not self._acting:
+            return lambda within: None
         pack = partial(struct.Struct(f"{len(self._acting)}d").pack_into, model.data.cast("B"), 8 * int(model[MEMORY]))
         if len(self._acting) == len(self.actuators):
             return lambda within: pack(*within)

@@ -116,8 +116,7 @@ class Simulation:
         self._motion_kernel = compiled.ready(flat.read_motion, self._state, self._model)
         self._pose_kernel: _Reader | None = None
         self._acceleration_kernel: _Reader | None = None
-        self._stepping.prepare(self._state, self._model)
-        self._begin_with(Held())
+        self._go_on(self._state, self._model, Held())
 
     @classmethod
     def from_scene(cls, scene: Scene) -> "Simulation":
@@ -297,10 +296,8 @@ class Simulation:
         if new.terms.body != self.body or not np.array_equal(model[INSIDE], self._model[INSIDE]):
             state = flatten(self.state, model)
         self._stepping, self._actuation = new, actuation
-        self._model = model
-        self._state[:] = state
         self._acceleration_kernel = None
-        self._begin_anew()
+        self._go_on(state, model, self._held)
 
     def apply_impulse(self, impulse: Wrench) -> None:
         """Change momentum and angular momentum at once, as ``impulse`` [N s, N m s] would within no time.
@@ -313,8 +310,7 @@ class Simulation:
         add_impulse(bare.kernels, python_floats(struck), python_floats(bare.model(impulse)))
         if not (np.isfinite(struck).all() and is_slow_enough(self._motion_kernel(struck, self._model))):
             raise ValueError(f"impulse {impulse!r} refused: the motion that follows is not finite; give a smaller one")
-        self._state[:] = struck
-        self._begin_anew()
+        self._begin_anew(struck)
 
     def step(self, n: int = 1) -> None:
         """Advance by n steps. Raises ValueError for n below 0 and TypeError for anything but a whole number.
@@ -462,12 +458,12 @@ class Simulation:
 
     def reset(self, state: State | None = None, *, keep_time: bool = False) -> None:
         """Go to ``state``, or else the initial one, hold no wrench, and count steps from zero unless ``keep_time``."""
-        self._model = self.terms.model(NO_WRENCH, self.terms.memory(self._h))
+        model = self.terms.model(NO_WRENCH, self.terms.memory(self._h))
+        flattened = flatten(self.initial_state if state is None else state, model)
         self._actuation.rest()
-        self._state[:] = flatten(self.initial_state if state is None else state, self._model)
         if not keep_time:
             self.steps = 0
-        self._begin_anew(Held())
+        self._go_on(flattened, model, Held())
 
     def restart_time(self) -> None:
         """Count steps from zero. The motion goes on, and each held wrench for what is left of its time."""
@@ -488,18 +484,16 @@ class Simulation:
         flattened = flatten(state, self._model)
         if not is_slow_enough(self._motion_kernel(flattened, self._model)):
             raise ValueError(f"{state!r} moves too fast; give velocities below {FASTEST:g} m/s and rad/s")
-        self._state[:] = flattened
-        self._begin_anew()
+        self._begin_anew(flattened)
 
     def save(self) -> Snapshot:
         """Step count, state with its low-order parts, and held wrench, exact to the bit."""
         origin = None if self._origin_steps is None else (self._origin_steps, tuple(self._origin.tolist()))
         state = tuple(self._state.tolist())
         sources = tuple((name, *held) for name, held in self._held.sources.items())
-        memory, actuation = tuple(self._memory.tolist()), self._actuation
-        stiffness, commands = self._stepping.stiffness, (actuation.commands, actuation.end)
-        remembers = self.terms.remembers(self._h)
-        return Snapshot(self.steps, state, sources, origin, stiffness, memory, commands, remembers)
+        commands = self._actuation.commands, self._actuation.end
+        memory, remembers = tuple(self._memory.tolist()), self.terms.remembers(self._h)
+        return Snapshot(self.steps, state, sources, origin, self._stepping.stiffness, memory, commands, remembers)
 
     def restore(self, snapshot: Snapshot) -> None:
         """Continue from a snapshot taken with the same body, rate, terms and integrator: the same bits follow.
@@ -513,8 +507,8 @@ class Simulation:
             )
         self._stepping.stiffness = snapshot.stiffness
         self._actuation.commands, self._actuation.end = snapshot.actuators
-        self._model = self.terms.model(NO_WRENCH, np.array(snapshot.memory))
-        self._begin_with(Held({name: (wrench, expiry) for name, wrench, expiry in snapshot.sources}))
+        held = Held({name: (wrench, expiry) for name, wrench, expiry in snapshot.sources})
+        self._begin_with(self.terms.model(NO_WRENCH, np.array(snapshot.memory)), held)
         self._state[:] = snapshot.state
         self.steps = snapshot.steps
         if self._origin_steps is not None:
@@ -541,24 +535,30 @@ class Simulation:
         """What goes on from step to step: the end of the model."""
         return self._model[int(self._model[MEMORY]) :]
 
-    def _begin_anew(self, held: Held | None = None) -> None:
-        """After the state or the terms were changed from outside; with others held, where those changed too."""
-        self._model = self.terms.model(NO_WRENCH, self._memory)
-        self._stepping.prepare(self._state, self._model)
-        self._begin_with(self._held if held is None else held)
+    def _begin_anew(self, state: Floats) -> None:
+        self._go_on(state, self.terms.model(NO_WRENCH, self._memory), self._held)
 
-    def _begin_with(self, held: Held) -> None:
-        self._install(held.total)
-        self._hold_all(held)
+    def _go_on(self, state: Floats, model: Floats, held: Held) -> None:
+        """From a flat state, by a model that holds no wrench yet."""
+        self._state[:] = state
+        self._stepping.prepare(self._state, model)
+        self._begin_with(model, held)
 
-    def _install(self, wrench: Wrench) -> None:
+    def _begin_with(self, model: Floats, held: Held) -> None:
+        self._model, self._held = model, held
+        self._install(held.total, model)
+        self._expiry = earlier(held.end, self._actuation.end)
+
+    def _install(self, wrench: Wrench, model: Floats | None = None) -> None:
         self.integrator = integrator = self._stepping.for_wrench(wrench)
         steps, work = self._stepping.kernel(integrator)
-        self._model = self.terms.model(wrench, self._memory)
+        if model is None or wrench.points:
+            self._model = self.terms.model(wrench, self._memory)
         self._write_commands = self._actuation.writer(self._model)
         self._write_commands(self._actuation.within)
         self._advance = partial(steps, self._state, self._model, work, self._h)
         self._write_wrench = partial(_PACK_WRENCH, self._model.data.cast("B"), _WRENCH_OFFSET)
+        self._write_wrench(*wrench.values)
         self._wrench = wrench
         others = (False, True) if self._stepping.takes_any(integrator) else (wrench.turns,)
         self._in_place = () if wrench.points else others

@@ -52,6 +52,7 @@ NO_MEMORY = np.zeros(0)
 _LOADS = [effect for effect in REGISTRY.values() if isinstance(effect, KernelEffect)]
 _SERIES = [effect for effect in REGISTRY.values() if isinstance(effect, SeriesEffect)]
 _DRIVES = [effect for effect in REGISTRY.values() if isinstance(effect, DriveEffect)]
+_BEGINS, _MEMORIES = (slice(LOADS + at, LOADS + 3 * len(_LOADS), 3) for at in (1, 2))
 _MEDIA = [effect for effect in REGISTRY.values() if isinstance(effect, MediumEffect)]
 
 
@@ -205,25 +206,21 @@ class Terms:
         """The kernels' view of all this, a held wrench, and what goes on from step to step: see kernels.model."""
         levers = [*(Lever(*point) for point in wrench.points), *self.levers]
         rows = [number for arm, vector, is_force in levers for number in (*arm, *vector, float(is_force))]
-        loads = [*self._load_rows.values()]
-        filling = np.zeros(-(LEVERS + len(rows) + sum(map(len, loads))) % 8 if self._drive else 0)
-        parts = self._header, np.array(rows), *loads, filling, self._drive_row, memory
-        model = np.concatenate(parts, out=zeros_on_a_line(sum(map(len, parts))))
+        loads, drive, begin = self._load_rows, self._drive_row, LEVERS + len(rows)
+        at = begin + len(loads)
+        at += -at % 8 if self._drive else 0
+        end = at + len(drive)
+        model = zeros_on_a_line(end + len(memory))
+        model[:LEVERS], model[LEVERS:begin], model[begin : begin + len(loads)] = self._header, rows, loads
+        model[at:end], model[end:] = drive, memory
         model[WRENCH : WRENCH + 12] = wrench.values
-        model[N_LEVERS] = len(levers)
-        at, end = LEVERS + len(rows), len(model)
-        model[MEMORY] = len(model) - len(memory)
-        for number, effect in reversed(list(enumerate(_LOADS))):
-            end -= effect.memory_size * len(self._by_kernels[effect.name])
-            model[LOADS + 3 * number + 2] = end
-        for number, effect in enumerate(_LOADS):
-            size = self._load_rows[effect.name].size
-            model[LOADS + 3 * number], model[LOADS + 3 * number + 1] = size // effect.size, at
-            at += size
+        model[N_LEVERS], model[MEMORY] = len(levers), end
+        model[_BEGINS] += begin
+        model[_MEMORIES] += len(model)
         write_arms(model)
         self.write_media(model)
         if self._drive and len(memory):
-            model[DRIVE] = at + len(filling)
+            model[DRIVE] = at
             self._drive.drive.settle(python_floats(model))
         return model
 
@@ -264,16 +261,32 @@ class Terms:
             moment = body.principal_moments[axis]
             model[DIFFERENCES + lane], model[MOMENT_ROW + lane] = 2.0 * differences[axis], moment
             model[GYRO + lane], model[INVERSE + lane] = 2.0 * model[EULER + axis], 1.0 / moment
+        self._set_places(model)
         model[MOST_MOMENTUM] = FASTEST * body.mass
         model[SAFE_ANGULAR_MOMENTUM] = FASTEST * min(x, y, z) / (1.0 + math.hypot(*body.center_of_mass))
         return model
+
+    def _set_places(self, model: Floats) -> None:
+        """Of each kind of load: how many, where they begin after the levers, and their memory before the end."""
+        begin = end = 0
+        for number, effect in enumerate(_LOADS):
+            count = len(self._rows_of[effect.name])
+            model[LOADS + 3 * number], model[LOADS + 3 * number + 1] = count // effect.size, begin
+            begin += count
+        for number, effect in reversed(list(enumerate(_LOADS))):
+            end -= effect.memory_size * len(self._by_kernels[effect.name])
+            model[LOADS + 3 * number + 2] = end
 
     @cached_property
     def _drive_row(self) -> Floats:
         return self._drive.row(self.acting[self._drive.name], self.body) if self._drive else NO_MEMORY
 
     @cached_property
-    def _load_rows(self) -> dict[str, Floats]:
+    def _load_rows(self) -> Floats:
+        return np.concatenate([NO_MEMORY, *self._rows_of.values()])
+
+    @cached_property
+    def _rows_of(self) -> dict[str, Floats]:
         """The numbers of each kind of load, and of whatever else has kernels."""
         rows = {effect.name: [effect.row(one, self.body) for one in self._by_kernels[effect.name]] for effect in _LOADS}
         return {name: np.concatenate([NO_MEMORY, *map(np.ravel, each)]) for name, each in rows.items()}

@@ -2,6 +2,7 @@
 
 from array import array
 from collections.abc import Sequence
+from ctypes import addressof, c_char
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -15,7 +16,7 @@ Vector: TypeAlias = Sequence[float] | Floats  # a few numbers, as users give the
 def zeros_on_a_line(size: int) -> Floats:
     """So many zeros that begin with a line of the cache, 64 bytes: eight of them are then read as fast as one."""
     longer = np.zeros(size + 8)
-    first = -(longer.ctypes.data // 8) % 8
+    first = -(addressof(c_char.from_buffer(longer.data)) // 8) % 8  # longer.ctypes.data takes three times as long
     return longer[first : first + size]
 
 

@@ -336,9 +336,7 @@ def read(given: Mapping[str, Any], table: Mapping[str, Parameter] = BY_NAME) -> 
 
 def _complete(values: dict[str, Any], group: str, member: str) -> None:
     """Add the defaults of what a member of a group was not given. Raises ValueError when it must be given."""
-    names = (
-        parameter.name.replace("<name>", member) for parameter in TABLE if parameter.name.startswith(group + OPEN)
-    )
+    names = (parameter.name.replace("<name>", member) for parameter in TABLE if parameter.name.startswith(group + OPEN))
     first = next(name for name in names if name in values)
     for parameter in TABLE:
         if parameter.name.startswith(f"{group}{OPEN}"):
