@@ -5,8 +5,12 @@ node that it controls: ``ros2 run rigid_body_sim actuator_controller --ros-args 
 """
 
 import sys
+from typing import TYPE_CHECKING
 
-from ..ros import command_line, program
+from . import controller_program
+
+if TYPE_CHECKING:
+    from .actuator_node import ActuatorController
 
 NAME = "actuator_controller"
 DESCRIPTION = """Drives a plant by its actuators: answers pose and twist with commands on actuator_commands.
@@ -16,24 +20,15 @@ reads from the scene of the plant. Run it in the namespace of the node that it c
 EXAMPLE = "--ros-args -p plant:=config/quadrotor.yaml -p target.position:='[0.0, 0.0, 2.0]' -r __ns:=/drone"
 
 
-def main(args: list[str] | None = None) -> int:
-    """Run the controller until Ctrl-C or SIGTERM. Returns the exit status: 0, or 1 when it cannot start.
-
-    Ends the program (SystemExit) after --help and --version with status 0, and with 2 for arguments that are not known.
-    """
-    program.open_standard_streams()
-    stop = program.StopRequest()  # before anything slow is imported
-    command_line.answer(NAME, DESCRIPTION, EXAMPLE, args)
-    from ..ros import arguments
-
-    try:
-        given = arguments.read(args, NAME)
-    except ValueError as reason:
-        print(f"{NAME}: {reason}", file=sys.stderr)
-        return 1
+def _node() -> "type[ActuatorController]":
     from .actuator_node import ActuatorController
 
-    return program.run(NAME, ActuatorController, stop, given)
+    return ActuatorController
+
+
+def main(args: list[str] | None = None) -> int:
+    """Run the controller until Ctrl-C or SIGTERM: see controller_program.run."""
+    return controller_program.run(NAME, DESCRIPTION, EXAMPLE, args, _node)
 
 
 if __name__ == "__main__":

@@ -33,13 +33,9 @@ class ActuatorController(AnsweringNode):
         self.controller.commands(Sensed(rest.position, rest.orientation, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)))
         parameters.refuse_undeclared(self)
         self._refusals = parameters.Refusals(self, table)
-        self.begin(Float64MultiArray, "actuator_commands")
-
-    @property
-    def purpose(self) -> str:
-        """What it does, for the log."""
         names = ", ".join(one.name for one in self.controller.allocation.actuators)
-        return f"{type(self.controller.law).__name__.lower()} by {names}"
+        purpose = f"{type(self.controller.law).__name__.lower()} by {names}"
+        self.begin(Float64MultiArray, "actuator_commands", self.answer, purpose)
 
     def answer(self, pose: PoseStamped, twist: TwistStamped) -> Float64MultiArray:
         """The commands for a pose and a twist of one stamp. Raises ValueError when they allow none."""

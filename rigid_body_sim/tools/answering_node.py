@@ -1,6 +1,7 @@
 """What the controllers share: a node that answers every pair of ``pose`` and ``twist`` of one stamp with a command."""
 
 import time
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -23,8 +24,12 @@ WARN_EVERY = 5.0  # s between two warnings of the same kind
 class AnsweringNode(Node):
     """A controller that knows nothing but topics. Whoever makes one from it calls ``begin`` when all is ready."""
 
-    def begin(self, kind: type, topic: str) -> None:
-        """Answer from now on, with messages of that kind on that topic."""
+    def begin(self, kind: type, topic: str, answer: Callable[[PoseStamped, TwistStamped], Any], purpose: str) -> None:
+        """Answer from now on, with messages of that kind on that topic; ``purpose``, what that does, is for the log.
+
+        ``answer`` makes one of a pose and a twist of one stamp. Raises ValueError when they allow none.
+        """
+        self._answer, self._purpose = answer, purpose
         self._steady_clock = Clock(clock_type=ClockType.STEADY_TIME)
         self._waiting: dict[tuple[type, tuple[int, int]], PoseStamped | TwistStamped] = {}
         self._unheard: tuple[PoseStamped, TwistStamped] | None = None
@@ -32,15 +37,6 @@ class AnsweringNode(Node):
         self._subscriptions_of_state: list[Subscription] = []
         self._knows_publishers = False
         self._subscribe(DurabilityPolicy.VOLATILE)
-
-    def answer(self, pose: PoseStamped, twist: TwistStamped) -> Any:
-        """The command for a pose and a twist of one stamp. Raises ValueError when they allow none."""
-        raise NotImplementedError
-
-    @property
-    def purpose(self) -> str:
-        """What it does, for the log."""
-        raise NotImplementedError
 
     def _subscribe(self, durability: DurabilityPolicy) -> None:
         for old in self._subscriptions_of_state:
@@ -88,7 +84,7 @@ class AnsweringNode(Node):
             return
         self._unheard = None
         try:
-            self._publisher.publish(self.answer(pose, twist))
+            self._publisher.publish(self._answer(pose, twist))
         except ValueError as reason:
             self.get_logger().error(
                 f"no command: {reason}", throttle_duration_sec=WARN_EVERY, throttle_time_source_type=self._steady_clock
@@ -97,7 +93,7 @@ class AnsweringNode(Node):
     def run(self, stop: StopRequest) -> None:
         """Answer until ``stop.requested``."""
         executor = executor_for(self)
-        self.get_logger().info(f"ready: {self.purpose}")
+        self.get_logger().info(f"ready: {self._purpose}")
         look_ns = 0
         while not stop.requested:
             executor.spin_once(timeout_sec=0.1)

@@ -31,12 +31,8 @@ class PointingController(AnsweringNode):
         self.law.torque(self.law.target, np.zeros(3))  # compiles what it calls: the first answer must not come late
         parameters.refuse_undeclared(self)
         self._refusals = parameters.Refusals(self, TABLE)
-        self.begin(WrenchStamped, "wrench")
-
-    @property
-    def purpose(self) -> str:
-        """What it does, for the log."""
-        return f"target {self.law.target.tolist()}, at most {self.law.max_torque:g} N m"
+        purpose = f"target {self.law.target.tolist()}, at most {self.law.max_torque:g} N m"
+        self.begin(WrenchStamped, "wrench", self.answer, purpose)
 
     def answer(self, pose: PoseStamped, twist: TwistStamped) -> WrenchStamped:
         """The command for a pose and a twist of one stamp. Raises ValueError when they allow none."""

@@ -5,7 +5,7 @@ import shutil
 import sqlite3
 
 import numpy as np
-from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
+from rosbags.rosbag2 import CompressionFormat, CompressionMode, Reader, StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 
 STORE = get_typestore(Stores.ROS2_JAZZY)
@@ -83,6 +83,16 @@ def numbers(given):
 
 def text(data):
     return T["std_msgs/msg/String"](data)
+
+
+def without_journal(folder):
+    """What is in a bag, as ``make`` takes it."""
+    with Reader(folder) as reader:
+        return [
+            (connection.topic, time_ns, (connection.msgtype, data))
+            for connection, time_ns, data in reader.messages()
+            if not connection.topic.endswith("/journal")
+        ]
 
 
 def make(folder, messages, storage="mcap", packed=None, definitions=None):

@@ -266,21 +266,12 @@ def test_quality_of_service_can_be_overridden(run_node):
 # Recorded, and simulated again ----------------------------------------------------------------------------------------
 
 
-def without_journal(folder):
-    from rosbags.rosbag2 import Reader
-
-    with Reader(folder) as reader:
-        return [
-            (connection.topic, time_ns, (connection.msgtype, data))
-            for connection, time_ns, data in reader.messages()
-            if not connection.topic.endswith("/journal")
-        ]
-
-
 def test_recorded_run_in_real_time_is_simulated_again_to_the_bit(connect, tmp_path, capfd):
     """With refused commands in between, a change of gravity, an impulse, and a pause after the timeout."""
     pytest.importorskip("rosbags")
     from rigid_body_sim.tools import resim
+
+    from ..bags import making
 
     scene = {**SCENE, "lockstep": False, "lockstep_on": "wrench", "reset_time": False}
     remote = connect({**scene, "record.path": str(tmp_path / "bag")}).ready()
@@ -295,7 +286,7 @@ def test_recorded_run_in_real_time_is_simulated_again_to_the_bit(connect, tmp_pa
             assert remote.set_together({"gravity": [0.0, 0.1, -1.62], "body.mass": 2.5}).successful
     remote.collect(4 * 40 + 60)
     remote.process.assert_stopped_cleanly()
-    kept = {topic.rpartition("/")[2]: kind for topic, _, (kind, _) in without_journal(tmp_path / "bag")}
+    kept = {topic.rpartition("/")[2]: kind for topic, _, (kind, _) in making.without_journal(tmp_path / "bag")}
     assert (kept[TOPIC], kept["actuator_states"]) == ("std_msgs/msg/Float64MultiArray", "sensor_msgs/msg/JointState")
     assert resim.main([str(tmp_path / "bag")]) == resim.SAME
     assert "Equal to the bit" in capfd.readouterr().out
@@ -337,7 +328,7 @@ def test_run_in_lockstep_is_simulated_again_from_its_commands_alone(connect, tmp
         driver.send(numbers)
         driver.collect(done)
     driver.remote.process.assert_stopped_cleanly()
-    messages = without_journal(tmp_path / "own")
+    messages = making.without_journal(tmp_path / "own")
     last_reset = max(i for i, (topic, _, (_, data)) in enumerate(messages) if not any(data[4:12]) and "pose" in topic)
     making.make(tmp_path / "bag", messages[last_reset:])
     (tmp_path / "scene.yaml").write_text(yaml.safe_dump({"/**": {"ros__parameters": SCENE}}))
@@ -354,6 +345,8 @@ def test_speeds_of_rotors_as_gazebo_takes_them(connect, stand_in_for, tmp_path):
     pytest.importorskip("rosbags")
     folder = stand_in_for(stand_in.ACTUATORS, stand_in.OF_ACTUATORS)
     from actuator_msgs.msg import Actuators
+
+    from ..bags import making
 
     actuators = {"names": ["left", "right"], "left": rotor(0.3, "ccw"), "right": rotor(-0.3, "cw")}
     scene = {**SCENE, "actuators": actuators, "record.path": str(tmp_path / "bag")}
@@ -374,5 +367,5 @@ def test_speeds_of_rotors_as_gazebo_takes_them(connect, stand_in_for, tmp_path):
     speeds.publish(Actuators(velocity=[1.0, 2.0, 3.0], normalized=[1.0]))
     driver.remote.wait_report(lambda _, values: values["refused: wrong length"] == "1", "the refusal")
     remote.process.assert_stopped_cleanly()
-    kept = [(topic.rpartition("/")[2], kind) for topic, _, (kind, _) in without_journal(tmp_path / "bag")]
+    kept = [(topic.rpartition("/")[2], kind) for topic, _, (kind, _) in making.without_journal(tmp_path / "bag")]
     assert kept.count(("actuators", "actuator_msgs/msg/Actuators")) == 11

@@ -302,7 +302,6 @@ def test_commands_alone_repeat_it_to_the_bit(connect, tmp_path, capfd):
     from rigid_body_sim.tools import resim
 
     from ..bags import making
-    from .test_resim import without_journal
 
     remote = recorded(connect, tmp_path / "own", start_paused=True, outputs=["clock"])
     for step, force in ((3, (NAN, 0.0, 0.0)), (6, FORCE), (4, (0.0, 0.5, 0.0))):
@@ -313,7 +312,7 @@ def test_commands_alone_repeat_it_to_the_bit(connect, tmp_path, capfd):
     for _ in range(12):
         assert remote.call("step").success
     remote.process.assert_stopped_cleanly()
-    making.make(tmp_path / "bag", without_journal(tmp_path / "own"), "mcap")
+    making.make(tmp_path / "bag", making.without_journal(tmp_path / "own"), "mcap")
     scene = {**SCENE, "outputs": ["clock"]}
     for name, waits in (("scene", True), ("other", False)):
         text = yaml.safe_dump({"/**": {"ros__parameters": {**scene, "start_on_command": waits}}})

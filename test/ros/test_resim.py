@@ -104,20 +104,8 @@ def test_lockstep_without_a_journal(connect, tmp_path, capfd):
     remote.settle()
     send_some(remote, 60)
     remote.process.assert_stopped_cleanly()
-    making.make(tmp_path / "bag", without_journal(tmp_path / "own"), "sqlite3")
+    making.make(tmp_path / "bag", making.without_journal(tmp_path / "own"), "sqlite3")
     (tmp_path / "scene.yaml").write_text(yaml.safe_dump({"/**": {"ros__parameters": scene}}))
     assert resim.main([str(tmp_path / "bag"), "--scene", str(tmp_path / "scene.yaml")]) == resim.SAME
     out = capfd.readouterr().out
     assert "Lockstep: each command on" in out and "Equal to the bit: 61 poses" in out
-
-
-def without_journal(folder):
-    """What is in a bag, as making.make takes it."""
-    from rosbags.rosbag2 import Reader
-
-    with Reader(folder) as reader:
-        return [
-            (connection.topic, time_ns, (connection.msgtype, data))
-            for connection, time_ns, data in reader.messages()
-            if not connection.topic.endswith("/journal")
-        ]
