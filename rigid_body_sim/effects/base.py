@@ -22,7 +22,7 @@ from ..kernels.model import LOADS
 from ..kernels.motion import Acting, Passed, held_load
 from ..kernels.tuples import Load, Motion, Quat, added
 from ..values.body import Body
-from ..values.parameter import OPEN, Parameter
+from ..values.parameter import OPEN, Parameter, dotted
 from ..values.state import Motions
 
 
@@ -185,6 +185,9 @@ class Effect:
         if not self.order:
             return members
         names: Sequence[str] = values[self.order]
+        for name in names:
+            if "." in name:
+                raise ValueError(f"parameter {self.order} = {list(names)}: {dotted(name)}")
         for member in members:
             if member not in names:
                 raise ValueError(f"parameter {self.order} = {list(names)}: lacks {member}, whose parameters are given")

@@ -15,7 +15,7 @@ from ..values import rotation
 from ..values.body import Body
 from ..values.parameter import Parameter
 from ..values.state import Motions
-from ..values.wrench import ZERO, three_finite
+from ..values.wrench import ZERO, number, three_finite
 from .base import LoadEffect
 from .rows import Row, add_force_row
 
@@ -45,7 +45,7 @@ class Tether:
         object.__setattr__(self, "body_point", three_finite(self.body_point, "tether body_point"))
         object.__setattr__(self, "anchor", three_finite(self.anchor, "tether anchor"))
         for name in ("rest_length", "stiffness", "damping"):
-            value = float(getattr(self, name))
+            value = number(getattr(self, name), f"tether {name}")
             if not 0.0 <= value < math.inf:
                 raise ValueError(f"tether {name} {value:g} is not a finite number of at least 0")
             object.__setattr__(self, name, value)

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from ..effects import REGISTRY
+from ..effects.actuators import MOST_STEPS_LATE
 from ..terms import Terms
 from ..values import rotation
 from ..values.body import Body, positive
@@ -77,6 +78,7 @@ class Scene:
         self.steps_per_publish = self._steps_per_publish()
         self.frames = self._frames()
         self._check_actuated()
+        self._check_delays()
         self.terms()
         self.initial_state()
 
@@ -180,6 +182,17 @@ class Scene:
                     raise ValueError(
                         f"parameter {name}: {value} needs actuators, and there are none; name them in actuators.names"
                     )
+
+    def _check_delays(self) -> None:
+        """Raise ValueError for a delay of an actuator that is too many steps."""
+        rate = self["rate"]
+        for name in self["actuators.names"]:
+            delay = self.values.get(f"actuators.{name}.delay", 0.0)
+            if delay * rate > MOST_STEPS_LATE:
+                raise ValueError(
+                    f"parameter actuators.{name}.delay = {delay:g}: is more than {MOST_STEPS_LATE} steps at rate = "
+                    f"{rate:g} Hz; give at most {MOST_STEPS_LATE / rate:g}"
+                )
 
     def _frames(self) -> dict[str, Frame]:
         names = schema.members("frames", self.values)

@@ -11,7 +11,7 @@ from typing import Any
 
 from .. import effects
 from ..mass.shapes import SHAPES
-from ..values.parameter import MOST_SHOWN, NAMES, OPEN, Parameter, shown
+from ..values.parameter import MOST_SHOWN, NAMES, OPEN, Parameter, dotted, shown
 
 MISSPELT = 0.75  # of 1: likeness of names at which one is taken for the other, misspelt; mas and mass have 0.86
 MOST_TOLD = 1500  # characters of a message that others made, YAML for one
@@ -251,7 +251,17 @@ def unknown(name: str, pattern: str, known: Iterable[str]) -> str:
         angles = f"{name.removesuffix('.orientation')}.rpy"
         return f"parameter {name} is an attitude, whose parts are given: {name}.w, .x, .y and .z, or {angles}"
     meant = _meant(pattern, known)
-    return f"parameter {shown_name(name)} is not known; " + (f"did you mean {meant}?" if meant else _there(name, known))
+    help_ = f"did you mean {meant}?" if meant else _dotted_member(name, known) or _there(name, known)
+    return f"parameter {shown_name(name)} is not known; {help_}"
+
+
+def _dotted_member(name: str, known: Sequence[str]) -> str:
+    """What is wrong, where the name of a member of a group has dots; else empty."""
+    group, *parts = name.split(".")
+    for count in range(2, len(parts)):
+        if f"{group}{OPEN}{'.'.join(parts[count:])}" in known:
+            return dotted(".".join(parts[:count]))
+    return ""
 
 
 def _meant(pattern: str, known: Sequence[str]) -> str:
@@ -311,16 +321,30 @@ def defaults(table: Mapping[str, Parameter] = BY_NAME) -> dict[str, Any]:
 
 
 def flat(tree: Mapping[Any, Any], prefix: str = "") -> dict[str, Any]:
-    """Dotted names and values in nested ones. Raises ValueError when a name is there twice."""
+    """Dotted names and values in nested ones. Raises ValueError when a name is there twice.
+
+    So it does for a member of a group that has nothing in it, as it would be lost.
+    """
     values: dict[str, Any] = {}
     for key, value in tree.items():
         name = f"{prefix}{key}"
+        if isinstance(value, Mapping) and not value:
+            _check_not_empty(name)
         nested = isinstance(value, Mapping) and (value or is_group(name))  # else it is a value, of no use
         for full, leaf in (flat(value, f"{name}.") if nested else {name: value}).items():
             if full in values:
                 raise ValueError(f"parameter {shown_name(full)} is given twice; give it once")
             values[full] = leaf
     return values
+
+
+def _check_not_empty(name: str) -> None:
+    """Raise ValueError when ``name`` is that of a member of a group."""
+    group, _, member = name.partition(".")
+    if group in GROUPS and member and "." not in member and name not in BY_NAME:
+        rows = [row for row in TABLE if row.name.startswith(group + OPEN)]
+        first = next((row for row in rows if row.required), rows[0]).name.replace("<name>", member)
+        raise ValueError(f"parameter {shown_name(name)} has nothing in it; give its parameters, such as {first}")
 
 
 def read(given: Mapping[str, Any], table: Mapping[str, Parameter] = BY_NAME) -> dict[str, Any]:

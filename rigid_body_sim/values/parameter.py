@@ -130,6 +130,11 @@ def shown(value: Any) -> str:
     return text if len(text) <= MOST_SHOWN else f"{text[:MOST_SHOWN]}... ({len(text)} characters)"
 
 
+def dotted(name: str) -> str:
+    """The sentence for a name of the user's that cannot be told from those of parameters."""
+    return f"the name {shown(name)} has a dot, which divides names of parameters; give {shown(name.replace('.', '_'))}"
+
+
 def is_array(value: Any) -> bool:
     """Something with an order. Bytes are texts; a set has no order."""
     return isinstance(value, Iterable) and not isinstance(value, str | bytes | bytearray | Set | Mapping)

@@ -133,15 +133,22 @@ def total(wrenches: Iterable[Wrench]) -> Wrench:
 def number(value: Any, name: str) -> float:
     """``value`` as a float, which may not be finite. Raises ValueError, naming ``name``, when it is none."""
     try:
-        return float(value)
+        return _float(value)
     except (TypeError, ValueError, OverflowError):
         raise ValueError(f"{name} {plain(value)!r} is not a number") from None
+
+
+def _float(value: Any) -> float:
+    """Python also makes numbers of texts."""
+    if isinstance(value, str | bytes | bytearray):
+        raise TypeError
+    return float(value)
 
 
 def three_finite(value: Vector, name: str) -> tuple[float, float, float]:
     """``value`` as three finite floats. Raises ValueError, naming ``name``, when it is anything else."""
     try:
-        numbers = () if isinstance(value, str | bytes) else tuple(float(component) for component in value)
+        numbers = () if isinstance(value, bytes) else tuple(map(_float, value))
     except (TypeError, ValueError, OverflowError):
         numbers = ()
     if len(numbers) != 3 or not all(math.isfinite(component) for component in numbers):

@@ -67,6 +67,26 @@ def replaced(one, **fields):
     return dataclasses.replace(one, **fields) if dataclasses.is_dataclass(one) else one._replace(**fields)
 
 
+def as_texts(value):
+    """``value`` with a text in place of its first number; itself where there is none."""
+    if isinstance(value, tuple) and value:
+        return (as_texts(value[0]), *value[1:])
+    return str(value) if isinstance(value, float | int) and not isinstance(value, bool) else value
+
+
+@EFFECTS
+def test_text_in_place_of_a_number_is_refused(effect):
+    """Python makes numbers of texts, and nobody else does."""
+    refused = 0
+    for field in fields_of(effect):
+        value = getattr(effect.example, field)
+        if (text := as_texts(value)) != value:
+            refused += 1
+            with pytest.raises(ValueError, match=r"is not a (finite )?number|three finite numbers"):
+                effect.checked(given(effect, replaced(effect.example, **{field: text}))[effect.name])
+    assert refused > 0
+
+
 @EFFECTS
 def test_it_is_of_one_kind_and_its_parameters_make_it(effect):
     """Each field of what users write has one parameter, below the effect's name."""

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from rigid_body_sim.scene import schema
 from rigid_body_sim.scene.loader import Scene
+from rigid_body_sim.simulation import Simulation
 
 pytestmark = pytest.mark.no_numba
 
@@ -256,8 +257,37 @@ def test_any_value_is_either_taken_or_refused_by_a_sentence_with_the_name(name, 
 @given(st.text(max_size=30))
 def test_any_unknown_name_gets_a_sentence(name):
     if name not in schema.BY_NAME:
-        with pytest.raises(ValueError, match=r"is not known; (did you mean .*\?|the parameters (of .* )?are .*)$"):
+        with pytest.raises(
+            ValueError, match=r"is not known; (did you mean .*\?|the name .*|the parameters (of .* )?are .*)$"
+        ):
             schema.find(name)
+
+
+def delayed(delay):
+    thruster = {"type": "thruster", "min": 0.0, "max": 1.0, "delay": delay}
+    return {"publish_rate": 0.0, "actuators": {"names": ["a"], "a": thruster}}
+
+
+def test_longest_delay_is_taken():
+    assert Simulation.from_scene(Scene({"rate": 50.0, **delayed(2000.0)})).rate == 50.0
+
+
+@pytest.mark.parametrize("group", schema.GROUPS)
+def test_member_with_nothing_in_it_is_refused(group):
+    with pytest.raises(ValueError, match=rf"parameter {group}\.one has nothing in it; give .*, such as {group}\.one\."):
+        Scene({group: {"one": {}}})
+
+
+@pytest.mark.parametrize("group", schema.GROUPS)
+def test_name_with_a_dot_is_refused_as_such(group):
+    last = next(name for name in schema.BY_NAME if name.startswith(f"{group}.<name>.")).split(".<name>.")[1]
+    with pytest.raises(ValueError, match=r"the name 'a\.b' has a dot, .*; give 'a_b'"):
+        Scene({f"{group}.a.b.{last}": 1.0})
+
+
+def test_actuator_whose_name_has_a_dot_is_refused_as_such():
+    with pytest.raises(ValueError, match=r"actuators\.names = \['a\.b'\]: the name 'a\.b' has a dot, .*; give 'a_b'"):
+        Scene({"actuators.names": ["a.b"]})
 
 
 @pytest.mark.parametrize(
@@ -268,6 +298,10 @@ def test_any_unknown_name_gets_a_sentence(name):
         ({"body.mass": 10**400}, "is too large"),
         ({"publish_rate": 1e-306}, "is too low for rate = 1000 Hz; give 0 .* or at least 1e-06"),
         ({"wrench.timeout": 1e306}, "at most 1e\\+09"),
+        (
+            {"rate": 50.0, **delayed(2000.1)},
+            "parameter actuators.a.delay = 2000.1: is more than 100000 .*at most 2000$",
+        ),
     ],
 )
 def test_extreme_value_is_refused_by_a_sentence(given, reason):
