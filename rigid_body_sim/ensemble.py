@@ -265,8 +265,10 @@ class Ensemble:
             return
         step = self.steps + done + 1
         since = step - int(self._origin_steps[i]) if integrator.one_evaluation else None
-        how = sentences.How(self._bodies.terms[i], integrator, self._rate.h, since)
-        self.stopped[i] = sentences.why_stopped(step, self.simulation(i).state, self.wrench(i), how)
+        one = self.simulation(i)
+        commands = [each.command for each in one.actuator_states]
+        how = sentences.How(one.terms, integrator, self._rate.h, since, commands)
+        self.stopped[i] = sentences.why_stopped(step, one.state, self.wrench(i), how)
 
     def _takes(self) -> tuple[bool, ...]:
         """Of which ``turns`` wrenches ``_follow`` may be given; empty where it cannot go on alone."""

@@ -1,6 +1,7 @@
 """What a simulation says of itself: what it is, and why a step cannot be done."""
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 from .integrators import Integrator
@@ -22,20 +23,27 @@ def description(body: Body, rate: float, plan: Plan) -> str:
 
 
 class How(NamedTuple):
-    """How a simulation advances: by steps of h [s], and for how many since the origin of a closed form."""
+    """How a simulation advances: by steps of h [s], and for how many since the origin of a closed form.
+
+    ``commands`` are those to its actuators, within limits.
+    """
 
     terms: Terms
     integrator: Integrator
     h: float
     since: int | None
+    commands: Sequence[float]
 
 
 def why_stopped(step: int, state: State, wrench: Wrench, how: How) -> str:
     """Why ``step`` cannot be done, from the state that was kept and the wrench held."""
+    names = [one.name for one in how.terms.given["actuators"]]
+    commanded = ", ".join(f"{name} {value:g}" for name, value in zip(names, how.commands, strict=True))
     spin, speed = math.hypot(*state.angular_velocity), math.hypot(*state.velocity)  # norms that cannot overflow
     return (
         f"step {step} cannot be done: the state {_cause(spin * how.h, wrench, how)}; the last good state is kept "
-        f"(spin {spin:.3g} rad/s, speed {speed:.3g} m/s, held {wrench!r}); use a smaller wrench"
+        f"(spin {spin:.3g} rad/s, speed {speed:.3g} m/s, held {wrench!r}{', commanded ' * bool(names)}{commanded}); "
+        f"use a smaller wrench{' or smaller commands' * bool(names)}"
         f"{', a looser rtol' if how.integrator.adaptive else ''} or a higher rate"
     )
 

@@ -579,7 +579,7 @@ class Simulation:
 
     def _why_stopped(self) -> str:
         since = None if self._origin_steps is None else self.steps + 1 - self._origin_steps
-        how = sentences.How(self.terms, self.integrator, self._h, since)
+        how = sentences.How(self.terms, self.integrator, self._h, since, self._actuation.within)
         return sentences.why_stopped(self.steps + 1, self.state, self._wrench, how)
 
 

@@ -25,6 +25,7 @@ TYPES = ("thruster", "rotor", "wheel")
 UNITS = {"thruster": "N", "rotor": "rad/s", "wheel": "N m"}  # of a command
 MOST_STEPS_LATE = 100_000
 SHORTEST_LAG = 1e-12  # s
+LARGEST = 1e60  # of any number: no thrust, torque or spin that is made of them is beyond the range of floats
 _OF_COMMAND = "N, rad/s or N m"
 _UP = (0.0, 0.0, 1.0)
 _NUMBERS = {  # smallest value, and what of it a message says
@@ -48,7 +49,8 @@ class Actuator:
     wheels: ``inertia`` [kg m²] about their axis, which is no part of the body's own. Of a wheel: ``max_speed`` [rad/s]
     about its axis in inertial space, 0 for none. ``initial``: force [N] or speed [rad/s] at the start.
 
-    Raises ValueError for a value that is not finite or not in range, and for one that its type does not have.
+    Raises ValueError for a value that is not finite or not in range (1e60 at most), and for one that its type does not
+    have.
     """
 
     name: str
@@ -77,6 +79,8 @@ class Actuator:
             object.__setattr__(self, name, self._finite(name))
         for name in ("position", "axis"):
             object.__setattr__(self, name, three_finite(getattr(self, name), f"{self}: {name}"))
+        if max(map(abs, self.position)) > LARGEST:
+            raise ValueError(f"{self}: position {list(self.position)} is too far away; give at most {LARGEST:g} m")
         self._check_limits()
         self._check_what_its_type_has()
 
@@ -88,6 +92,8 @@ class Actuator:
         if not math.isfinite(value) or (name in _NUMBERS and value < 0.0):
             least = " of at least 0" if name in _NUMBERS else ""
             raise ValueError(f"{self}: {name} {value:g} is not a finite number{least}")
+        if abs(value) > LARGEST:
+            raise ValueError(f"{self}: {name} {value:g} is too large; give at most {LARGEST:g}")
         return value
 
     def _check_limits(self) -> None:

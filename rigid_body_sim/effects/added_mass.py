@@ -37,6 +37,7 @@ from ..kernels.tuples import (
 )
 from ..values import rotation
 from ..values.body import Body
+from ..values.inertia import MOST
 from ..values.parameter import Parameter
 from ..values.state import Motions
 from ..values.wrench import number
@@ -59,7 +60,8 @@ class AddedMass:
 
     Six numbers are the diagonal of the symmetric 6 x 6 matrix, 21 its upper triangle, row by row. They are the negative
     hydrodynamic derivatives: −X_u̇, −Y_v̇, and so on. Raises ValueError for another number of them, for what is not
-    finite, and for a matrix that is not positive semidefinite: of which the fluid's energy would be negative.
+    finite or beyond 1e100, and for a matrix that is not positive semidefinite: of which the fluid's energy would be
+    negative.
     """
 
     added_mass: tuple[float, ...] = (0.0,) * _DIAGONAL
@@ -72,6 +74,8 @@ class AddedMass:
             )
         if not np.isfinite(values).all():
             raise ValueError(f"added_mass {list(values)} is not finite; give finite numbers")
+        if max(map(abs, values)) > MOST:
+            raise ValueError(f"added_mass {list(values)} has an entry beyond {MOST:g}; give smaller ones")
         object.__setattr__(self, "added_mass", values)
         self._check_energy()
 

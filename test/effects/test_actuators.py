@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from rigid_body_sim import Actuator, Body, Drag, Scene, Simulation, State, Wrench
+from rigid_body_sim import Actuator, Body, Drag, Scene, Simulation, SimulationError, State, Wrench
+from rigid_body_sim.effects.actuators import LARGEST
 from rigid_body_sim.report.reference.load import stored
 from rigid_body_sim.values import rotation
 
@@ -280,6 +281,8 @@ def test_bad_commands_are_refused_and_nothing_moves(commands, sentence):
         ({"max": None}, "max None is not a number"),
         ({"delay": -0.1}, "delay -0.1 is not a finite number of at least 0"),
         ({"delay": math.nan}, "delay nan is not a finite number of at least 0"),
+        ({"max": 1e308}, "max 1e\\+308 is too large; give at most 1e\\+60"),
+        ({"position": (0.0, -1e61, 0.0)}, "is too far away; give at most 1e\\+60 m"),
         ({"min": 2.0, "max": 1.0}, "min 2 is above max 1"),
         ({"axis": (0.0, 0.0, 0.0)}, "has no direction"),
         ({"inertia": 1.0}, "a thruster has no inertia; leave it out"),
@@ -293,6 +296,29 @@ def test_bad_commands_are_refused_and_nothing_moves(commands, sentence):
 def test_actuator_that_cannot_be_is_refused_with_its_name(change, sentence):
     with pytest.raises(ValueError, match=f"actuator 'push': .*{sentence}"):
         dataclasses.replace(PUSH, **change)
+
+
+def largest(kind, **more):
+    arm = (0.0, LARGEST, 0.0)
+    return Actuator("far", kind, 0.0, LARGEST, arm, inertia=LARGEST * (kind != "thruster"), **more)
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("lag", [0.0, 0.1])
+@pytest.mark.parametrize(
+    "actuator",
+    [largest("thruster"), largest("rotor", thrust_coefficient=LARGEST, torque_coefficient=LARGEST), largest("wheel")],
+    ids=lambda one: one.type,
+)
+def test_what_no_body_can_follow_is_told_with_who_commanded_it(actuator, lag):
+    sim = Simulation(SATELLITE, actuators=[dataclasses.replace(actuator, time_constant=lag)])
+    sim.set_actuators([1e300])
+    before = sim.save()
+    with pytest.raises(SimulationError, match=r"commanded far 1e\+60\); use a smaller wrench or smaller commands or"):
+        for _ in range(1000):
+            before = sim.save()
+            sim.step()
+    assert sim.save().state == before.state and np.isfinite(sim.state.values).all()
 
 
 @pytest.mark.no_numba

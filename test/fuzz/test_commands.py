@@ -43,7 +43,7 @@ ACTUATED = SCENE.changed(
             "names": ["rotor", "jet", "wheel"],
             "rotor": {"type": "rotor", "min": 0.0, "max": 900.0, "thrust_coefficient": 2e-5, "time_constant": 0.01},
             "jet": {"type": "thruster", "min": -5.0, "max": 5.0, "delay": 0.0033},
-            "wheel": {"type": "wheel", "min": -1e300, "max": 1e300, "inertia": 1e-3, "max_speed": 90.0},
+            "wheel": {"type": "wheel", "min": -1e60, "max": 1e60, "inertia": 1e-3, "max_speed": 90.0},
         }
     }
 )
