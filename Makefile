@@ -19,7 +19,7 @@ COUNTED := $(VENV)/bin/python -m pytest --cov --cov-append --cov-report=
 # A sourced ROS brings its own rclpy. The .venv differs with whose rclpy it has, so the stamps differ too.
 READY := $(VENV)/.ready-$(if $(AMENT_PREFIX_PATH),ros-$(ROS_DISTRO),pypi-$(ROS_WHEELS))
 
-.PHONY: help venv demo test coverage mutation fuzz nightly bench bench-history bench-node report docs docs-html lint build clean
+.PHONY: help venv demo test coverage mutation fuzz nightly bench bench-history bench-node report docs site lint build clean
 
 help: ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/make \1\t\2/p' $(MAKEFILE_LIST)
@@ -75,8 +75,8 @@ report: $(READY) ## measure error against run time and draw it, into rigid_body_
 docs: $(READY) ## write the tables in docs/ anew from the code
 	@$(VENV)/bin/python -m bench.doc_tables
 
-docs-html: $(DOCS)/.ready ## build docs/ and the Python reference as web pages, into build/docs
-	$(DOCS)/bin/sphinx-build -W --keep-going -E -a -q -b html -d build/docs-cache docs build/docs
+site: $(DOCS)/.ready ## build docs/ and the Python reference as web pages, into build/site
+	$(DOCS)/bin/sphinx-build -W --keep-going -E -a -q -b html -d build/site-cache docs build/site
 
 lint: $(LINT)/.ready ## check format, style, types, spelling, YAML and XML
 	$(LINT)/bin/ruff format --check .

@@ -53,15 +53,16 @@ def integrators_table() -> str:
     return "\n".join(lines)
 
 
+INTERFACE = "reference/interface.md"
 TABLES: tuple[tuple[str, str, Callable[[], str]], ...] = (  # page, name of the table in it, and what makes it
-    ("interface.md", "parameters", parameters_table),
-    ("interface.md", "controller", partial(parameters_table, control.PARAMETERS)),
+    (INTERFACE, "parameters", parameters_table),
+    (INTERFACE, "controller", partial(parameters_table, control.PARAMETERS)),
     *(
-        ("interface.md", f"{name} controller", partial(parameters_table, (actuator_laws.PLANT, *kind.parameters)))
+        (INTERFACE, f"{name} controller", partial(parameters_table, (actuator_laws.PLANT, *kind.parameters)))
         for name, kind in actuator_laws.KINDS.items()
     ),
-    ("conventions.md", "shapes", shapes_table),
-    ("choosing_an_integrator.md", "integrators", integrators_table),
+    ("reference/conventions.md", "shapes", shapes_table),
+    ("how-to/choosing_an_integrator.md", "integrators", integrators_table),
 )
 
 

@@ -1,4 +1,4 @@
-"""Sphinx: the pages of this folder, and the reference from the docstrings; `make docs-html` builds both."""
+"""Sphinx: the pages of this folder, and the reference from the docstrings; `make site` builds both."""
 
 import importlib
 import os

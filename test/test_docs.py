@@ -16,7 +16,7 @@ from .bags import making
 from .resim import runs
 
 ROOT = Path(__file__).parents[1]
-PAGES = sorted([*ROOT.glob("*.md"), *ROOT.glob("docs/*.md")])
+PAGES = sorted([*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md")])
 
 
 @pytest.mark.parametrize(("file", "name", "table"), doc_tables.TABLES)
@@ -30,6 +30,7 @@ def test_writing_the_tables_replaces_an_outdated_one(tmp_path):
     for file, name, _ in doc_tables.TABLES:
         pages[file] += f"<!-- {name}: begin -->\noutdated\n<!-- {name}: end -->\nbelow\n"
     for file, text in pages.items():
+        (tmp_path / file).parent.mkdir(exist_ok=True)
         (tmp_path / file).write_text(text, encoding="utf-8")
     assert doc_tables.main([str(tmp_path)]) == 0
     for file, _, table in doc_tables.TABLES:
@@ -47,13 +48,13 @@ def test_links_inside_the_project_lead_somewhere(page):
 
 @pytest.mark.parametrize("package", ["values", "mass", "effects", "integrators", "envs", "theory"])
 def test_reference_has_every_module(package):
-    page = (ROOT / "docs" / "api" / f"{package}.rst").read_text(encoding="utf-8")
+    page = (ROOT / "docs" / "reference" / "api" / f"{package}.rst").read_text(encoding="utf-8")
     names = {path.stem for path in (ROOT / "rigid_body_sim" / package).glob("*.py")} - {"__init__"}
     assert set(re.findall(rf"^.. automodule:: rigid_body_sim\.{package}\.(\w+)$", page, re.M)) == names
 
 
 def test_reference_has_every_public_name():
-    page = (ROOT / "docs" / "api" / "public.rst").read_text(encoding="utf-8")
+    page = (ROOT / "docs" / "reference" / "api" / "public.rst").read_text(encoding="utf-8")
     assert sorted(re.findall(r"^.. auto\w+:: (\w+)$", page, re.M)) == sorted(rigid_body_sim.__all__)
 
 

@@ -72,7 +72,7 @@ def _measure(names: Sequence[str], seconds: float, found: list[record.Figure]) -
 def _parser() -> argparse.ArgumentParser:
     parser = Parser(
         "make bench-node",
-        "Measures rigid_body_node as a process over real DDS; docs/benchmarks.md says what each figure is.",
+        "Measures rigid_body_node as a process over real DDS; docs/explanation/benchmarks.md says what each figure is.",
     )
     parser.add_argument(
         "--seconds", type=_seconds, default=60.0, metavar="S", help="how long a measurement takes (default 60)"

@@ -73,7 +73,7 @@ def _no_memory(one: Any, body: Body, h: float) -> Floats:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Effect:
-    """Descriptor of one effect: series, load, drive, transform or medium; see docs/adding_an_effect.md.
+    """Descriptor of one effect: series, load, drive, transform or medium; see docs/how-to/adding_an_effect.md.
 
     ``make`` makes one of it from its parameters, by the names of ``fields``: a dataclass or a NamedTuple. ``zero`` is
     one without any strength, ``example`` one that acts in all ways it can: the contract tests take them, and what is

@@ -1,6 +1,7 @@
 """The usual shapes: inertia in closed form, about the centre of mass, in the axes of symmetry.
 
-``SHAPES`` is the one table; the scene's parameter, its messages and the table in docs/conventions.md follow from it.
+``SHAPES`` is the one table; the scene's parameter, its messages and the table in docs/reference/conventions.md follow
+from it.
 """
 
 import math

@@ -28,7 +28,7 @@ QUEUE = 10
 
 
 class RigidBodyNode(Node):
-    """ROS 2 interface of one Simulation; see docs/interface.md.
+    """ROS 2 interface of one Simulation; see docs/reference/interface.md.
 
     ``given`` are parameters by dotted name, beside those that rclpy gets by its own ways. Raises ValueError for
     parameters that are unknown or bad. One thread does everything: ``run`` takes the steps that

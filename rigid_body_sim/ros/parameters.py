@@ -223,7 +223,9 @@ def of_ros(given: Mapping[str, Any]) -> list[Parameter]:
             try:
                 parameters.append(Parameter(name, value=value))
             except TypeError:
-                raise ValueError(f"parameter {name} = {shown(value)}: is not allowed; see docs/interface.md") from None
+                raise ValueError(
+                    f"parameter {name} = {shown(value)}: is not allowed; see docs/reference/interface.md"
+                ) from None
     return parameters
 
 

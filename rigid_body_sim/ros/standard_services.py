@@ -138,7 +138,7 @@ class SimulationServices:
 
         def answer(_: Any, response: Any) -> Any:
             response.features.features = features
-            response.features.custom_info = "rigid_body_sim: one rigid body; see its docs/interface.md"
+            response.features.custom_info = "rigid_body_sim: one rigid body; see its docs/reference/interface.md"
             return response
 
         self._node.create_service(self._kinds.GetSimulatorFeatures, "~/get_simulator_features", answer)

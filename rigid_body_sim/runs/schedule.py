@@ -87,7 +87,9 @@ class WrenchSchedule:
         start: str | None = None,
         recover: bool = False,
     ) -> "WrenchSchedule":
-        """The commands of a bag, by the steps of a scene, as rigid_body_resim understands them; ``docs/whole_runs.md``.
+        """The commands of a bag, by the steps of a scene, as rigid_body_resim understands them.
+
+        More in ``docs/how-to/whole_runs.md``.
 
         Frames, limits and timeouts are the scene's: the end of a hold is a row of zeros, or of what other topics
         still hold, and what is held on several topics is a row of sums. Step 0 has the stamp of the first pose, of

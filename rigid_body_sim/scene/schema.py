@@ -1,7 +1,7 @@
 """The one table of parameters: names, types, units, defaults, ranges and texts.
 
-The node's ROS parameters, the YAML loader, the messages for bad values and the table in docs/interface.md follow from
-it.
+The node's ROS parameters, the YAML loader, the messages for bad values and the table in
+docs/reference/interface.md follow from it.
 """
 
 import difflib
@@ -124,7 +124,7 @@ TABLE: tuple[Parameter, ...] = (
         "body.shape",
         str,
         "",
-        "Shape from which body.inertia follows, its centre of mass at body.center_of_mass; see docs/conventions.md.",
+        "Shape from which body.inertia follows, centred at body.center_of_mass; see docs/reference/conventions.md.",
         choices=tuple(SHAPES),
         optional=True,
     ),
@@ -180,7 +180,7 @@ TABLE: tuple[Parameter, ...] = (
         "Axes of a wrench sent in it: body = the frame's own, which turn with the body; world = fixed in the world.",
         choices=("body", "world"),
     ),
-    Parameter("integrator.name", str, "auto", "How time advances; the names are in docs/choosing_an_integrator.md."),
+    Parameter("integrator.name", str, "auto", "How time advances; names in docs/how-to/choosing_an_integrator.md."),
     Parameter(
         "integrator.rtol",
         float,
@@ -194,7 +194,7 @@ TABLE: tuple[Parameter, ...] = (
         "record.path",
         str,
         "",
-        "Where the node records a bag: a path that does not exist yet; empty = nowhere. See docs/recording.md.",
+        "Where the node records a bag: a path that does not exist yet; empty = nowhere. See docs/how-to/recording.md.",
         optional=True,
     ),
     Parameter(

@@ -1,4 +1,4 @@
-"""docs/adding_an_effect.md: one file and one line, added to a copy of the package, pass the contract and act."""
+"""docs/how-to/adding_an_effect.md: one file and one line, added to a copy of the package, pass the contract and act."""
 
 import math
 import os
@@ -37,7 +37,7 @@ def copy(tmp_path_factory):
     for part in ("rigid_body_sim", "test", "config"):
         shutil.copytree(ROOT / part, folder / part, ignore=shutil.ignore_patterns("__pycache__"))
     shutil.copy(ROOT / "pyproject.toml", folder)
-    page = (ROOT / "docs" / "adding_an_effect.md").read_text(encoding="utf-8")
+    page = (ROOT / "docs" / "how-to" / "adding_an_effect.md").read_text(encoding="utf-8")
     (block,) = re.findall(r"```python\n# Fragment: rigid_body_sim/effects/dipole.py.*?\n(.*?)```", page, re.DOTALL)
     effects = folder / "rigid_body_sim" / "effects"
     (effects / "dipole.py").write_text(block, encoding="utf-8")

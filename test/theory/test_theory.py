@@ -1,4 +1,4 @@
-"""The table in docs/theory.md covers every equation of the chapter; here too are the steps that no other test shows."""
+"""The table in docs/explanation/theory.md covers every equation of the chapter; here are steps no other test shows."""
 
 import importlib
 import re
@@ -14,7 +14,7 @@ from rigid_body_sim.values import inertia, rotation
 pytestmark = pytest.mark.no_numba
 
 HERE = Path(__file__).parent
-PAGE = HERE.parents[1] / "docs" / "theory.md"
+PAGE = HERE.parents[1] / "docs" / "explanation" / "theory.md"
 COUNTS = {"2.1": 4, "2.2": 5, "2.3": 5, "2.4": 12, "2.5": 6, "2.6": 1, "2.7": 27}  # equations in each section
 EQUATIONS = [f"{section}.{k}" for section, count in COUNTS.items() for k in range(1, count + 1)]
 ROW = re.compile(r"^\| \((2\.\d\.\d+)\) \| ([^|]+) \| ([^|]*) \| ([^|]*) \|$", re.MULTILINE)
