@@ -13,9 +13,12 @@ if TYPE_CHECKING:  # what type checkers see of _HOMES; a test compares the two
     from .effects.ground import Ground as Ground
     from .effects.tether import Tether as Tether
     from .ensemble import Ensemble as Ensemble
+    from .fleet import Fleet as Fleet
     from .runs.schedule import WrenchSchedule as WrenchSchedule
     from .runs.trajectories import Trajectories as Trajectories
     from .runs.trajectory import Trajectory as Trajectory
+    from .scene.fleet import FleetScene as FleetScene
+    from .scene.fleet import load_fleet as load_fleet
     from .scene.loader import Scene as Scene
     from .scene.loader import load_scene as load_scene
     from .simulation import Simulation as Simulation
@@ -38,6 +41,8 @@ _HOMES = {  # of each public name
     "Contact": "effects.ground",
     "Drag": "effects.drag",
     "Ensemble": "ensemble",
+    "Fleet": "fleet",
+    "FleetScene": "scene.fleet",
     "Fluid": "effects.fluid",
     "Ground": "effects.ground",
     "Scene": "scene.loader",
@@ -51,6 +56,7 @@ _HOMES = {  # of each public name
     "Wrench": "values.wrench",
     "WrenchSchedule": "runs.schedule",
     "Wrenches": "values.wrenches",
+    "load_fleet": "scene.fleet",
     "load_scene": "scene.loader",
 }
 __all__ = [*_HOMES]

@@ -18,20 +18,22 @@ from typing import Any
 
 import numpy as np
 
-from . import integrators
+from . import groups, integrators
 from .effects import REGISTRY
 from .effects.base import DriveEffect, KernelEffect, MediumEffect
 from .kernels import compiled
 from .kernels import state as flat
 from .kernels.acceleration import acceleration_reader
 from .kernels.compiled import Request
-from .scene import attitude, schema
+from .scene import attitude, fleet, schema
 from .stepping import asked_for, request, within_reach
 from .terms import Terms
 from .values.body import Body
 
 _BODY = Body(1.0, (1.0, 1.0, 1.0))  # any: a plan's integrators do not depend on it
 _READERS_OF_ACCELERATION = {"accel", "imu"}  # of the outputs
+CARRIED = (0, 1, 3)  # vectors that a wrench may have the series carry: see kernels.model
+_SET_NO_PLAN = ("initial.", "body.", "frames.")  # parameters on which no kernel depends
 START_TAKES = 3.0  # s, of a node that joins the network, and on two cores needs both
 _PR_SET_PDEATHSIG = 1  # of linux/prctl.h
 _background: list[threading.Thread] = []
@@ -59,17 +61,43 @@ def of_parameters(given: Mapping[str, Any]) -> tuple[list[Request], list[Request
 
     Nothing for parameters that are bad: whoever reads them in full says so.
     """
+    own = {name: value for name, value in given.items() if not schema.belongs_to_ros(name)}
+    now, later = list[Request](), list[Request]()
     try:
-        values = attitude.read({name: value for name, value in given.items() if not schema.belongs_to_ros(name)})
-        name = values["integrator.name"]
-        members = functools.partial(schema.members, names=values)
-        effects = {effect.name: effect.read(values, members) for effect in REGISTRY.values()}
-        terms, outputs = Terms(_BODY, **effects), values["outputs"]
-        now = of_scene(terms, name, outputs)
-        later = [one for other in _reached_by_setting(terms) for one in of_scene(other, name, outputs)]
+        several = fleet.is_several(own)
+        for one in _kinds(fleet.by_body(own)) if several else [own]:
+            terms, name, outputs = _described(one)
+            now += [*of_scene(terms, name, outputs), *([groups.REDUCING] if several else [])]
+            later += together(terms, name) if several else []
+            later += [one for other in _reached_by_setting(terms) for one in of_scene(other, name, outputs)]
     except (ValueError, KeyError):
         return [], []
     return now, later
+
+
+def _kinds(bodies: Mapping[str, Mapping[str, Any]]) -> Iterable[Mapping[str, Any]]:
+    """Of the parameters of bodies those that differ in more than where a body is, and what it is made of."""
+    kinds = {}
+    for given in bodies.values():
+        kinds[repr([(name, value) for name, value in given.items() if not name.startswith(_SET_NO_PLAN)])] = given
+    return kinds.values()
+
+
+def _described(given: Mapping[str, Any]) -> tuple[Terms, str, Iterable[str]]:
+    """Of a scene's parameters: terms with any body, the integrator asked for, and outputs."""
+    values = attitude.read(given)
+    members = functools.partial(schema.members, names=values)
+    effects = {effect.name: effect.read(values, members) for effect in REGISTRY.values()}
+    return Terms(_BODY, **effects), values["integrator.name"], values["outputs"]
+
+
+def together(terms: Terms, integrator: str = integrators.AUTO) -> list[Request]:
+    """What a fleet may call for many bodies of these terms."""
+    methods = within_reach(terms, asked_for(integrator))
+    found = [groups.request_of(one, terms.kernels, None) for one in methods]
+    if integrators.taylor.INTEGRATOR in methods and not terms.actuated:
+        found += [groups.request_of(integrators.taylor.INTEGRATOR, terms.kernels, carried) for carried in CARRIED]
+    return found
 
 
 def _reached_by_setting(terms: Terms) -> Iterator[Terms]:
@@ -100,7 +128,7 @@ def everything() -> list[Request]:
     for terms in all_terms:
         methods = [name for name in integrators.REGISTRY if not integrators.shortfall(name, terms)]
         requests += [each for name in methods for each in needed(terms, name, acceleration=True)]
-    return requests
+    return [*requests, *together(Terms(_BODY))]
 
 
 def missing(requests: Iterable[Request]) -> list[Request]:

@@ -29,6 +29,10 @@ _ENOUGH = 3  # bodies, from which on eight at once take less time than one by on
 _KINDS = 32  # more than there are numbers of kinds: see find
 
 
+# Reduces the wrenches of bodies that are not told when they change.
+REDUCING = compiled.Request(many.reduce_wrenches, (np.zeros(1), 1, np.zeros(1, np.int64), np.zeros(1, np.int64)))
+
+
 class Group(NamedTuple):
     """Bodies that one kernel advances."""
 
@@ -143,7 +147,7 @@ class Groups:
 
     def _kernel(self, integrator: Integrator, acting: Acting, carried: int | None) -> many.Many:
         if (key := (integrator.name, acting, carried)) not in self._kernels:
-            self._kernels[key] = _ready(integrator, acting, carried)
+            self._kernels[key] = ready(integrator, acting, carried)
         return self._kernels[key]
 
 
@@ -151,12 +155,19 @@ def _place(turned: bool, stiffness: float | None) -> int:
     return _ALL.index(integrators.REGISTRY[plan.choose(turned, stiffness)])
 
 
-def _ready(integrator: Integrator, acting: Acting, carried: int | None) -> many.Many:
+def ready(integrator: Integrator, acting: Acting, carried: int | None) -> many.Many:
+    """The kernel for bodies of one plan; ``carried`` vectors, where eight are advanced at once, else None."""
     if not compiled.ENABLED:
         return _in_python(integrator, acting)
+    wanted = request_of(integrator, acting, carried)
+    return compiled.ready(wanted.function, *wanted.examples)
+
+
+def request_of(integrator: Integrator, acting: Acting, carried: int | None) -> compiled.Request:
+    """What is to be compiled for that."""
     made = many.one_by_one(integrator, acting) if carried is None else many.eight_at_once(carried)
     numbers, whole = np.zeros(1), np.zeros(1, np.int64)
-    return compiled.ready(made, numbers, numbers, 1, whole, whole, numbers, numbers, 1.0, NOTHING)
+    return compiled.Request(made, (numbers, numbers, 1, whole, whole, numbers, numbers, 1.0, NOTHING))
 
 
 def _in_python(integrator: Integrator, acting: Acting) -> many.Many:

@@ -89,7 +89,10 @@ class Simulation:
 
     _wrench: Wrench
     _in_place: tuple[bool, ...]  # ``turns`` of the wrenches without points that change twelve numbers and no more
-    _origin_steps: int | None  # step from whose state an integrator with ``one_evaluation`` goes
+    expiry: int | None  # step at which something that is held ends
+    origin_steps: int | None  # step from whose state an integrator with ``one_evaluation`` goes
+    is_at_home = False  # whether the model lies in a fleet's array: see ``move``
+    _home: Floats | None = None
 
     def __init__(
         self,
@@ -231,7 +234,7 @@ class Simulation:
 
     def _on_commands(self) -> None:
         self._write_commands(self._actuation.within)
-        self._expiry = earlier(self._held.end, self._actuation.end)
+        self.expiry = earlier(self._held.end, self._actuation.end)
 
     @property
     def actuators(self) -> tuple[Actuator, ...]:
@@ -255,13 +258,13 @@ class Simulation:
     def _hold(self, wrench: Wrench, expiry: int | None) -> None:
         """Hold ``wrench`` up to step ``expiry``."""
         if wrench.turns in self._in_place and not wrench.points:
-            if self._origin_steps is not None and wrench.values != self._wrench.values:
+            if self.origin_steps is not None and wrench.values != self._wrench.values:
                 self._mark_origin()
             self._write_wrench(*wrench.values)
             self._wrench = wrench
         elif wrench != self._wrench:
             self._install(wrench)
-        self._expiry = earlier(expiry, self._actuation.end)
+        self.expiry = earlier(expiry, self._actuation.end)
 
     def _end_holding(self) -> None:
         """Go on without the sources whose time has run out. Raises SimulationError when the others cannot be held."""
@@ -299,6 +302,10 @@ class Simulation:
         self._acceleration_kernel = None
         self._go_on(state, model, self._held)
 
+    def check_change(self, **terms: Any) -> None:
+        """Raise as ``change`` would, and change nothing."""
+        self._stepping.changed(self.terms.changed(**terms))
+
     def apply_impulse(self, impulse: Wrench) -> None:
         """Change momentum and angular momentum at once, as ``impulse`` [N s, N m s] would within no time.
 
@@ -322,9 +329,9 @@ class Simulation:
         if n < 0:
             raise ValueError(_BACKWARDS.format("step", n))
         while n > 0:
-            held = n if self._expiry is None else min(n, self._expiry - self.steps)
-            if self._origin_steps is not None:
-                done = self._step_from_origin(self._origin_steps, held)
+            held = n if self.expiry is None else min(n, self.expiry - self.steps)
+            if self.origin_steps is not None:
+                done = self._step_from_origin(self.origin_steps, held)
             else:
                 if held > MOST_AT_ONCE:
                     held = MOST_AT_ONCE
@@ -334,7 +341,7 @@ class Simulation:
                 if not self._stepping.turn_stiff():
                     raise SimulationError(self._why_stopped())
                 self._install(self._wrench)
-            if self._expiry is not None and self.steps == self._expiry:
+            if self.expiry is not None and self.steps == self.expiry:
                 self._end_holding()
             n -= done
 
@@ -396,8 +403,8 @@ class Simulation:
 
     def _takes(self) -> tuple[bool, ...]:
         """Of which ``turns`` wrenches ``_follow`` may be given, without points; empty where it cannot go on alone."""
-        alone = self._expiry is None and self._held.sources.keys() <= {""}
-        within = compiled.ENABLED and alone and self._origin_steps is None and not self.terms.actuated
+        alone = self.expiry is None and self._held.sources.keys() <= {""}
+        within = compiled.ENABLED and alone and self.origin_steps is None and not self.terms.actuated
         return self._in_place if within else ()
 
     def _now(self) -> Floats:
@@ -474,9 +481,9 @@ class Simulation:
         self._held = self._held.later(steps)
         if self._actuation.end is not None:
             self._actuation.end += steps
-        self._expiry = earlier(self._held.end, self._actuation.end)
-        if self._origin_steps is not None:
-            self._origin_steps += steps
+        self.expiry = earlier(self._held.end, self._actuation.end)
+        if self.origin_steps is not None:
+            self.origin_steps += steps
         self.steps += steps
 
     def set_state(self, state: State) -> None:
@@ -488,7 +495,7 @@ class Simulation:
 
     def save(self) -> Snapshot:
         """Step count, state with its low-order parts, and held wrench, exact to the bit."""
-        origin = None if self._origin_steps is None else (self._origin_steps, tuple(self._origin.tolist()))
+        origin = None if self.origin_steps is None else (self.origin_steps, tuple(self._origin.tolist()))
         state = tuple(self._state.tolist())
         sources = tuple((name, *held) for name, held in self._held.sources.items())
         commands = self._actuation.commands, self._actuation.end
@@ -511,8 +518,8 @@ class Simulation:
         self._begin_with(self.terms.model(NO_WRENCH, np.array(snapshot.memory)), held)
         self._state[:] = snapshot.state
         self.steps = snapshot.steps
-        if self._origin_steps is not None:
-            self._origin_steps, self._origin[:] = snapshot.origin or (snapshot.steps, snapshot.state)
+        if self.origin_steps is not None:
+            self.origin_steps, self._origin[:] = snapshot.origin or (snapshot.steps, snapshot.state)
 
     def __reduce__(self) -> tuple[Any, ...]:
         """For pickle and copy: made anew in the same way, then restored, so the same bits follow."""
@@ -545,15 +552,15 @@ class Simulation:
         self._begin_with(model, held)
 
     def _begin_with(self, model: Floats, held: Held) -> None:
-        self._model, self._held = model, held
-        self._install(held.total, model)
-        self._expiry = earlier(held.end, self._actuation.end)
+        self._model, self._held = self._placed(model), held
+        self._install(held.total, self._model)
+        self.expiry = earlier(held.end, self._actuation.end)
 
     def _install(self, wrench: Wrench, model: Floats | None = None) -> None:
         self.integrator = integrator = self._stepping.for_wrench(wrench)
         steps, work = self._stepping.kernel(integrator)
         if model is None or wrench.points:
-            self._model = self.terms.model(wrench, self._memory)
+            self._model = self._placed(self.terms.model(wrench, self._memory))
         self._write_commands = self._actuation.writer(self._model)
         self._write_commands(self._actuation.within)
         self._advance = partial(steps, self._state, self._model, work, self._h)
@@ -562,13 +569,32 @@ class Simulation:
         self._wrench = wrench
         others = (False, True) if self._stepping.takes_any(integrator) else (wrench.turns,)
         self._in_place = () if wrench.points else others
-        self._origin_steps = None
+        self.origin_steps = None
         if integrator.one_evaluation:
             self._mark_origin()
 
+    @property
+    def model_size(self) -> int:
+        """How many numbers the model has."""
+        return len(self._model)
+
+    def move(self, state: Floats, origin: Floats, home: Floats) -> None:
+        """At step 0: keep state and model in these rows of a fleet's arrays, so that one kernel advances many."""
+        state[:], origin[:] = self._state, self._origin
+        self._state, self._origin, self._home = state, origin, home
+        self._state_view, self._origin_view = state.data, origin.data
+        self._install(self._wrench)
+
+    def _placed(self, model: Floats) -> Floats:
+        self.is_at_home = self._home is not None and len(model) <= len(self._home)
+        if self._home is None or not self.is_at_home:
+            return model
+        self._home[: len(model)] = model
+        return self._home[: len(model)]
+
     def _mark_origin(self) -> None:
         """From here on, evaluate from the present state."""
-        self._origin_steps = self.steps
+        self.origin_steps = self.steps
         self._origin_view[:] = self._state_view
 
     def _step_from_origin(self, origin_steps: int, n: int) -> int:
@@ -578,7 +604,7 @@ class Simulation:
         return self._advance(since + n) - since
 
     def _why_stopped(self) -> str:
-        since = None if self._origin_steps is None else self.steps + 1 - self._origin_steps
+        since = None if self.origin_steps is None else self.steps + 1 - self.origin_steps
         how = sentences.How(self.terms, self.integrator, self._h, since, self._actuation.within)
         return sentences.why_stopped(self.steps + 1, self.state, self._wrench, how)
 

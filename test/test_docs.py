@@ -10,7 +10,8 @@ import yaml
 
 import rigid_body_sim
 from bench import doc_tables
-from rigid_body_sim import Scene, __version__, load_scene
+from rigid_body_sim import Scene, __version__
+from rigid_body_sim.scene.fleet import load_any
 
 from .bags import making
 from .resim import runs
@@ -87,7 +88,7 @@ def test_python_runs_as_printed_or_says_that_it_is_a_fragment(text, user_folder,
 def test_yaml_of_the_node_is_a_scene_and_other_yaml_says_whose_it_is(text, tmp_path):
     (tmp_path / "scene.yaml").write_text(text)
     if "ros__parameters" in text:
-        load_scene(tmp_path / "scene.yaml")
+        load_any(tmp_path / "scene.yaml")
     else:
         assert text.startswith("# ") and yaml.safe_load(text)
 
@@ -105,7 +106,7 @@ def test_commands_name_programs_targets_and_files_that_exist(text):
     assert all(f'"{program} = ' in setup for program in programs)
     assert set(re.findall(r"\b(?:rigid_body_[a-z]+|[a-z]+_controller)\b", text)) <= programs | {"rigid_body_sim"}
     assert all(f"\n{target}: " in targets for target in re.findall(r"^make ([a-z-]+)", text, re.M))
-    assert all((ROOT / file).exists() for file in re.findall(r"\bconfig/\S+", text))
+    assert all((ROOT / file).exists() for file in re.findall(r"\bconfig/[\w./]*\w", text))
     assert all(find_spec(module) for module in re.findall(r"python -m (\S+)", text))
 
 

@@ -25,6 +25,7 @@ NAMES = (
     "start",
     "cold_start",
     "memory",
+    "fleet",
 )
 
 

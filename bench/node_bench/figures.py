@@ -20,12 +20,13 @@ from std_srvs.srv import Trigger
 from rigid_body_sim.ros import realtime
 from rigid_body_sim.ros.executor import executor_for
 from rigid_body_sim.ros.middleware import VARIABLES
+from rigid_body_sim.scene.fleet import by_name, load_any
 from rigid_body_sim.scene.installed import installed_scenes
-from rigid_body_sim.scene.loader import load_scene
 from rigid_body_sim.tools.processes import ChildError
 
 from . import usual_slack
 from .bench import CONNECTED_WITHIN, OUR_NODE, SPINNING, UnderTest, commands, node_under_test, subscriber, wait_warm
+from .fleets import fleet
 from .record import AT_LEAST, AT_MOST, BELOW, Figure
 
 ORDINARY = "bench.node_bench.ordinary_node"
@@ -325,7 +326,8 @@ def cold_start(_: float) -> Iterator[Figure]:
         if told is None or again is not None:
             yield Figure.missing(f"cold start: {path.stem}", "kernels were not compiled, or compiled again (no numba?)")
             continue
-        goal = STIFF_START if load_scene(path).terms().loads else PLAIN_START
+        loaded = any(one.terms().loads for one in by_name(load_any(path)).values())
+        goal = STIFF_START if loaded else PLAIN_START
         how = f"one start; that kernels are compiled was said after {told:.2f} s"
         yield Figure(f"cold start: {path.stem}", cold, "s", how, (AT_MOST, goal))
         yield Figure(f"warm start: {path.stem}", warm, "s", "the next start", (AT_MOST, WARM_START))
@@ -407,6 +409,7 @@ MEASUREMENTS = {
     "start": start,
     "cold_start": cold_start,
     "memory": memory,
+    "fleet": fleet,
 }
 
 

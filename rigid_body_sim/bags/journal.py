@@ -15,6 +15,7 @@ import numpy as np
 from .. import __version__
 from ..kernels import compiled
 from ..scene import attitude
+from ..scene.fleet import FleetScene, scene_from
 from ..scene.loader import Scene
 from ..values.body import Body
 from ..values.state import State
@@ -46,9 +47,10 @@ Values = dict[str, Any]  # of JSON
 # Texts ----------------------------------------------------------------------------------------------------------------
 
 
-def scene_values(scene: Scene, epoch_ns: int) -> Values:
+def scene_values(scene: Scene | FleetScene, epoch_ns: int) -> Values:
     """Values of the first entry, of a run whose step 0 has the stamp ``epoch_ns``."""
-    kept = {name: value for name, value in scene.values.items() if name not in _SOURCES}
+    values = scene.values if isinstance(scene, Scene) else scene.parameters(but=_SOURCES)
+    kept = {name: value for name, value in values.items() if name not in _SOURCES}
     return {
         "epoch_ns": epoch_ns,
         "version": __version__,
@@ -84,6 +86,8 @@ def _plain(value: Any) -> Any:
 class Entry:
     """A call: at which time [ns] it was logged, how many steps were done then, its name and its values, as in JSON.
 
+    Of several bodies it is a call for one, whose name is ``body``, or for all.
+
     Times in one bag never repeat: whatever message has an earlier log time came before it, and the others after it.
     """
 
@@ -91,6 +95,7 @@ class Entry:
     step: int
     call: str
     values: Values
+    body: str = ""
 
 
 def read(texts: Iterable[str]) -> list[Entry]:
@@ -101,7 +106,8 @@ def read(texts: Iterable[str]) -> list[Entry]:
 def _read(place: int, line: str) -> Entry:
     try:
         values = json.loads(line)
-        entry = Entry(_integer(values, "time_ns"), _integer(values, "step"), values.pop("call"), values)
+        body = str(values.pop("of", ""))
+        entry = Entry(_integer(values, "time_ns"), _integer(values, "step"), values.pop("call"), values, body)
         if entry.call not in (*CALLS, SCENE, LOST):
             raise ValueError(f"call {entry.call!r} is not known to version {__version__}")
     except (AttributeError, KeyError, RecursionError, TypeError, ValueError) as reason:
@@ -133,7 +139,7 @@ class Beginning:
     same one the same bits follow.
     """
 
-    scene: Scene
+    scene: Scene | FleetScene
     epoch_ns: int
     version: str
     kernels: str
@@ -151,7 +157,7 @@ def beginning(entries: Iterable[Entry]) -> Beginning:
         raise BagError("the journal does not begin with a scene; give a bag whose first file is there")
     values = dict(first.values)
     try:
-        scene, epoch_ns = Scene(attitude.named(values["parameters"])), _integer(values, "epoch_ns")
+        scene, epoch_ns = scene_from(attitude.named(values["parameters"])), _integer(values, "epoch_ns")
         return Beginning(scene, epoch_ns, values["version"], values["kernels"])
     except (AttributeError, KeyError, TypeError, ValueError) as reason:
         raise BagError(f"the scene in the journal cannot be read by version {__version__}: {reason}") from None

@@ -72,6 +72,15 @@ def write_wrenches(models: Floats, width: int, which: Integers, wrenches: Floats
     return n
 
 
+def reduce_wrenches(models: Floats, width: int, which: Integers, kinds: Integers) -> None:
+    """Reduce the wrenches that these bodies hold, and find the ``wrench_kind`` of each."""
+    for k in range(len(which)):
+        i = which[k]
+        model = models[width * i : width * (i + 1)]
+        reduce_wrench(model)
+        kinds[i] = wrench_kind(model)
+
+
 @kernel
 def wrench_kind(model: Floats) -> int:
     """What of the held wrench decides by which kernel a body goes on: see groups.

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from ..effects.tether import Tether
+from ..scene.fleet import load_any
 from ..scene.installed import installed_scenes
 from ..scene.loader import Scene, load_scene
 from ..simulation import Simulation
@@ -41,6 +42,7 @@ class LeftOut:
         made = [
             Measurement(f"plan/{path.stem}/{command}", functools.partial(measure, path, command, rounds))
             for path in installed_scenes()
+            if isinstance(load_any(path), Scene)
             for command in COMMANDS
         ]
         return [*made, Measurement("node", functools.partial(node_figures, settings.node_bench))]

@@ -1,19 +1,24 @@
 """A simulation that tells its journal of every call that decides its motion, and the run repeated by what it told."""
 
+import contextlib
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from fractions import Fraction
-from typing import Any
+from functools import partial
+from typing import Any, cast
 
 import numpy as np
 
 from ..bags.journal import COMMANDS, LOST, STATE, Entry, Values, hole, starts_on_command
 from ..bags.rosbags_support import BagError
 from ..effects import REGISTRY
+from ..fleet import Fleet
 from ..rate import NANOSECONDS
 from ..simulation import Simulation, SimulationError
 from ..values.body import Body
 from ..values.state import BodyState, State
 from ..values.wrench import Wrench
+
+Tell = Callable[[int, str, Values], None]
 
 
 class JournaledSimulation(Simulation):
@@ -24,7 +29,7 @@ class JournaledSimulation(Simulation):
     (the scene and the calls tell where they are: see ``replay``), and ``restore`` is refused.
     """
 
-    journal: Callable[[int, str, Values], None] | None = None
+    journal: Tell | None = None
 
     def _tell(self, step: int, call: str, **values: Any) -> None:
         if self.journal is not None:
@@ -77,6 +82,56 @@ class JournaledSimulation(Simulation):
         raise RuntimeError("a simulation that keeps a journal cannot be restored; restore one without")
 
 
+class JournaledFleet(Fleet):
+    """A Fleet of JournaledSimulations. What is done to one of them is told with its name, what to all without one."""
+
+    _journal: Tell | None = None
+
+    @property
+    def journal(self) -> Tell | None:
+        """What is told: see JournaledSimulation."""
+        return self._journal
+
+    @journal.setter
+    def journal(self, journal: Tell) -> None:
+        self._journal = journal
+        for name, one in self.items():
+            cast(JournaledSimulation, one).journal = partial(_tell_of, name, journal)
+
+    def reset(self, name: str | None = None, *, keep_time: bool = False) -> None:
+        """As Fleet.reset."""
+        step = self.steps
+        with self._silence(name is None):
+            super().reset(name, keep_time=keep_time)
+        if name is None and self._journal is not None:
+            self._journal(step, "reset", {"keep_time": keep_time})
+
+    def restart_time(self) -> None:
+        """As Fleet.restart_time."""
+        step = self.steps
+        with self._silence():
+            super().restart_time()
+        if self._journal is not None:
+            self._journal(step, "restart_time", {})
+
+    @contextlib.contextmanager
+    def _silence(self, wanted: bool = True) -> Iterator[None]:
+        """What is told once for all is not told by each."""
+        ones = [cast(JournaledSimulation, one) for one in self.values()] if wanted else []
+        kept = [one.journal for one in ones]
+        for one in ones:
+            one.journal = None
+        try:
+            yield
+        finally:
+            for one, journal in zip(ones, kept, strict=True):
+                one.journal = journal
+
+
+def _tell_of(name: str, journal: Tell, step: int, call: str, values: Values) -> None:
+    journal(step, call, {**values, "of": name})
+
+
 # Replay ---------------------------------------------------------------------------------------------------------------
 
 
@@ -110,7 +165,7 @@ def replay(
 def _repeat(entry: Entry, simulation: Simulation, waiting: bool) -> None:
     if entry.call == LOST:
         raise hole(entry)
-    _go_to(simulation, entry.step, waiting, f"{entry.call} at step {entry.step}")
+    _go_to(simulation, entry.step, waiting, f"{entry.call} at step {entry.step}", may_stop=entry.call == "reset")
     try:
         _CALLS[entry.call](simulation, **entry.values)
     except (AttributeError, KeyError, TypeError, ValueError) as reason:
@@ -118,13 +173,16 @@ def _repeat(entry: Entry, simulation: Simulation, waiting: bool) -> None:
         raise BagError(f"{entry.call} at step {entry.step} of the journal cannot be repeated: {told}") from None
 
 
-def _go_to(simulation: Simulation, step: int, waiting: bool, what: str) -> None:
+def _go_to(simulation: Simulation, step: int, waiting: bool, what: str, may_stop: bool = False) -> None:
+    """Advance to a step. One of several bodies ``may_stop`` before, where a reset sets it going again."""
     if step < simulation.steps:
         raise BagError(f"{what} lies before step {simulation.steps}, which the journal had reached; they do not fit")
     advance = simulation.wait if waiting else simulation.step
     try:
         advance(step - simulation.steps)
     except SimulationError as reason:
+        if may_stop:
+            simulation.wait(step - simulation.steps)
         if simulation.steps != step:  # else the recorded run stopped here, too
             raise BagError(f"{what} cannot be reached: {reason}") from None
 

@@ -38,7 +38,7 @@ def topics(scene: Scene) -> dict[str, tuple[type, Reader]]:
 
 def leading(scene: Scene) -> tuple[str, ...]:
     """The topics whose commands advance the simulation in lockstep."""
-    return tuple(topics(scene)) if scene["lockstep_on"] == "actuators" else scene["wrench.topics"][:1]
+    return tuple(topics(scene)) if "actuators" in scene["lockstep_on"] else scene["wrench.topics"][:1]
 
 
 def read_numbers(data: bytes) -> Numbers:

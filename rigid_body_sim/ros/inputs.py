@@ -4,18 +4,19 @@ import dataclasses
 import math
 import time
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Set
+from typing import Protocol
 
 from geometry_msgs.msg import PoseStamped, TwistStamped, Vector3Stamped, WrenchStamped
 from rclpy.node import Node
 from rclpy.publisher import Publisher
-from rclpy.qos_overriding_options import QoSOverridingOptions
 from rclpy.subscription import Subscription
 
 from .. import commands
 from ..commands import NOT_FINITE, RefusedError
 from ..kernels.arrays import Vector
 from ..scene.loader import Scene
+from ..simulation import Simulation
 from ..stepping import IntegratorError
 from ..values import rotation
 from ..values.parameter import shown
@@ -23,7 +24,7 @@ from ..values.state import State
 from ..values.wrench import three_finite
 from . import actuator_inputs, messages
 from .frame_turns import FrameTurns
-from .loop import Loop
+from .messages import inside, overridable
 from .wrench_reader import WrenchReader
 
 QUEUE = 10
@@ -32,13 +33,14 @@ WARN_EVERY = 5.0  # s between two warnings of the same kind
 
 
 class Input:
-    """One subscription, ``end``, that gives the bytes of each message to ``callback``."""
+    """One subscription, ``end``, that gives the bytes of each message to ``callback``; in the namespace ``space``."""
 
-    def __init__(self, node: Node, kind: type, topic: str, callback: Callable[[bytes], None]):
-        overridable = QoSOverridingOptions.with_default_policies()
+    def __init__(self, node: Node, kind: type, topic: str, callback: Callable[[bytes], None], space: str = ""):
+        topic = inside(space, topic)
+        overriding = overridable(node, space, topic)
         self._callback = callback
         self.end = node.create_subscription(
-            kind, topic, lambda data: self._callback(data), QUEUE, qos_overriding_options=overridable, raw=True
+            kind, topic, lambda data: self._callback(data), QUEUE, qos_overriding_options=overriding, raw=True
         )
 
     def record(self, record: Callable[[bytes], None]) -> None:
@@ -52,15 +54,49 @@ class Input:
         self._callback = record_and_call
 
 
+class Commanded(Protocol):
+    """What inputs ask of the loop, or of what stands between it and one of several bodies."""
+
+    @property
+    def simulation(self) -> Simulation:
+        """That of the body."""
+
+    @property
+    def failure(self) -> str:
+        """Why the body has stopped, or nothing."""
+
+    @property
+    def waiting(self) -> bool:
+        """Whether the body stays until its first command."""
+
+    @property
+    def mode(self) -> str:
+        """What it does now, in a word or some."""
+
+    @property
+    def stamp_ns(self) -> int:
+        """Time [ns] in the stamps of its present step."""
+
+    def set_going(self) -> None:
+        """After a command was accepted, or an impulse."""
+
+    def on_command(self) -> None:
+        """After a command that leads in lockstep."""
+
+    def on_changed_state(self) -> None:
+        """After the state was set from outside."""
+
+
 class Inputs:
     """The node's subscriptions. What cannot be accepted is counted, warned about, and changes nothing.
 
-    ``ages`` gives the simulated time since each source's latest command; ``limited`` counts wrenches scaled down;
-    ``inputs`` are the subscriptions themselves.
+    ``ages`` gives the simulated time since each source's latest command; ``limited`` counts wrenches scaled down.
+    ``space`` is a namespace for their topics, and ``taken`` are full names of topics that the node has already.
     """
 
-    def __init__(self, node: Node, scene: Scene, loop: Loop):
+    def __init__(self, node: Node, scene: Scene, loop: Commanded, taken: Set[str], space: str = ""):
         self._scene, self._loop, self._simulation = scene, loop, loop.simulation
+        self._space = space
         self._log = node.get_logger()
         self._warned: dict[str, float] = {}
         self.refused = Counter(dict.fromkeys(messages.REFUSALS, 0))
@@ -73,7 +109,7 @@ class Inputs:
         self._wrench_reader = WrenchReader(scene, limit=self._limit)
         self._impulse_reader = WrenchReader(scene, "impulse")
         self.set_limits(scene)
-        self.inputs: list[Input] = []
+        self._ends: dict[str, Input] = {}
         self._subscribe(node, WrenchStamped, "impulse", self._on_impulse)
         self._subscribe(node, PoseStamped, "set_pose", self._on_set_pose)
         self._subscribe(node, TwistStamped, "set_twist", self._on_set_twist)
@@ -84,12 +120,27 @@ class Inputs:
         for topic, (kind, read) in actuated.items():
             self._subscribe(node, kind, topic, self._actuators_callback(topic, read))
         for topic in scene["wrench.topics"]:
-            _check_topic(node, topic)
+            self._check_topic(node, topic, taken)
             self._subscribe(node, WrenchStamped, topic, self._wrench_callback(topic))
 
     def set_limits(self, scene: Scene) -> None:
         """Take ``wrench.max_force`` and ``wrench.max_torque`` from here on."""
         self._most_force, self._most_torque = (scene[f"wrench.max_{what}"] or math.inf for what in ("force", "torque"))
+
+    @property
+    def is_commanded(self) -> bool:
+        """Whether there is anybody who may send the commands that lead in lockstep."""
+        return any(each.end.get_publisher_count() for each in self.leading)
+
+    @property
+    def inputs(self) -> list[Input]:
+        """The subscriptions themselves."""
+        return list(self._ends.values())
+
+    @property
+    def leading(self) -> list[Input]:
+        """Those whose commands advance the simulation in lockstep."""
+        return [self._ends[topic] for topic in self._leads]
 
     @property
     def starters(self) -> list[str]:
@@ -111,7 +162,22 @@ class Inputs:
         self._steps = {topic: step + steps for topic, step in self._steps.items()}
 
     def _subscribe(self, node: Node, kind: type, topic: str, callback: Callable[[bytes], None]) -> None:
-        self.inputs.append(Input(node, kind, topic, self._guarded(callback)))
+        self._ends[topic] = Input(node, kind, topic, self._guarded(callback), self._space)
+
+    def _check_topic(self, node: Node, topic: str, taken: Set[str]) -> None:
+        """Raise ValueError for one of ``wrench.topics`` that cannot be a name, or is a topic of the node already."""
+        try:
+            name = node.resolve_topic_name(inside(self._space, topic))
+        except RuntimeError:  # RCLError, whose text names lines of C
+            raise ValueError(
+                f"parameter wrench.topics: {shown(topic)} cannot be the name of a topic; "
+                "give letters, digits and '_', no digit first, with '/' between namespaces"
+            ) from None
+        if name in taken or name in {each.end.topic_name for each in self.inputs}:
+            raise ValueError(
+                f"parameter wrench.topics: {shown(topic)} is {name}, which this node uses already; give each source "
+                "a topic of its own"
+            )
 
     def _wrench_callback(self, topic: str) -> Callable[[bytes], None]:
         """What to do with a wrench on ``topic``."""
@@ -230,18 +296,7 @@ class Inputs:
         return guarded
 
 
-def _check_topic(node: Node, topic: str) -> None:
-    """Raise ValueError for one of ``wrench.topics`` that cannot be a name, or that is a topic of ``node`` already."""
-    try:
-        name = node.resolve_topic_name(topic)
-    except RuntimeError:  # RCLError, whose text names lines of C
-        raise ValueError(
-            f"parameter wrench.topics: {shown(topic)} cannot be the name of a topic; "
-            "give letters, digits and '_', no digit first, with '/' between namespaces"
-        ) from None
+def topics_of(node: Node) -> set[str]:
+    """Full names of the topics that a node has."""
     ends: list[Publisher | Subscription] = [*node.publishers, *node.subscriptions]
-    if name in {end.topic_name for end in ends}:
-        raise ValueError(
-            f"parameter wrench.topics: {shown(topic)} is {name}, which this node uses already; give each source "
-            "a topic of its own"
-        )
+    return {end.topic_name for end in ends}

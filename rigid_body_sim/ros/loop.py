@@ -6,11 +6,14 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
+from typing import Generic, TypeVar
 
+from ..fleet import Fleet
+from ..scene.fleet import FleetScene
 from ..scene.loader import Scene
 from ..simulation import Simulation, SimulationError
 from .messages import LATEST_STAMP_NS
-from .outputs import Outputs
+from .outputs import FleetOutputs, Outputs
 from .pacing import NANOSECONDS, Pacer
 
 LONGEST_SLEEP_NS = NANOSECONDS // 10  # so that a request to stop is soon seen
@@ -19,6 +22,9 @@ LARGEST_BURST = 8192  # steps in one call of the simulation
 PATIENCE_NS = NANOSECONDS // 100  # wall time of steps that are due together, after which the others wait once more
 WAITING = "waiting for the first command"
 CLOCK_NS = NANOSECONDS // 10  # wall time between two ticks of /clock while time stands still
+
+
+Plant = TypeVar("Plant", Simulation, Fleet)
 
 
 class StoppedError(Exception):
@@ -39,19 +45,26 @@ class Run:
     taken: int = 0
 
 
-class Loop:
-    """One simulation, advanced at its pace or by commands, between whose steps everything else happens.
+class Loop(Generic[Plant]):
+    """One simulation, or a fleet of several, at its pace or by commands; between its steps everything else happens.
 
     ``epoch_ns`` is the stamp of simulated time zero, which ``start`` sets. While it is ``waiting``, steps pass without
     motion. ``complain`` is called with a sentence when a step cannot be done.
     """
 
-    def __init__(self, scene: Scene, simulation: Simulation, outputs: Outputs, complain: Callable[[str], object]):
-        self.simulation = simulation
+    def __init__(
+        self,
+        scene: Scene | FleetScene,
+        simulation: Plant,
+        outputs: Outputs | FleetOutputs,
+        complain: Callable[[str], object],
+    ):
+        self.simulation: Plant = simulation
         self.failure = ""
         self.paused = scene["start_paused"]
         self.lockstep = scene["lockstep"]
-        self._start_on_command = scene["start_on_command"]
+        # Each body of a fleet waits by itself.
+        self._start_on_command = isinstance(scene, Scene) and scene["start_on_command"]
         self._let_stay(self._start_on_command)
         self._steps_per_command = scene["steps_per_command"]
         self._every = scene.steps_per_publish
@@ -198,7 +211,7 @@ class Loop:
     def _let_stay(self, waiting: bool) -> None:
         """From here on steps pass without motion, or with it."""
         self.waiting = waiting
-        self._pass_steps = self.simulation.wait if waiting else self.simulation.step
+        self._pass_steps: Callable[[int], None] = self.simulation.wait if waiting else self.simulation.step
 
     def on_command(self) -> None:
         """In lockstep, a command advances the simulation; one that comes while paused does so when it goes on.

@@ -5,6 +5,8 @@ from collections.abc import Iterator
 from typing import Any
 
 from geometry_msgs.msg import WrenchStamped
+from rclpy.node import Node
+from rclpy.qos_overriding_options import QoSOverridingOptions
 from rclpy.serialization import deserialize_message
 from std_msgs.msg import Header
 
@@ -28,6 +30,22 @@ REFUSALS = (NOT_FINITE, UNKNOWN_FRAME, NOT_FOR_INTEGRATOR, NOT_A_ROTATION, NO_FL
 def type_name(kind: type) -> str:
     """The name of a message's type as ROS writes it, ``geometry_msgs/msg/Wrench``."""
     return f"{kind.__module__.split('.')[0]}/msg/{kind.__name__}"
+
+
+def inside(space: str, topic: str) -> str:
+    """A topic in a namespace; one of its own place, ``/clock`` or ``~/journal``, is none of those."""
+    return f"{space}/{topic}" if space and topic[:1] not in ("/", "~") else topic
+
+
+def overridable(node: Node, space: str, topic: str) -> QoSOverridingOptions | None:
+    """That parameters ``qos_overrides.*`` may change the QoS of a topic.
+
+    They are three for each topic: of one in the namespace of one of several bodies they are there when they are given.
+    """
+    begin = f"qos_overrides.{node.resolve_topic_name(topic)}."
+    if space and not any(name.startswith(begin) for name in node._parameter_overrides):
+        return None
+    return QoSOverridingOptions.with_default_policies()
 
 
 def stamp(header: Header, time_ns: int) -> None:

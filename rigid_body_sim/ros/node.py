@@ -12,14 +12,11 @@ from rclpy.qos_overriding_options import QoSOverridingOptions
 
 from .. import first_start
 from ..bags.recorder import Recorder
+from ..scene.fleet import FleetScene, by_name
 from ..scene.loader import Scene
-from ..terms import Terms
-from . import messages, parameters, realtime, recording, services, standard_services
+from . import messages, parameters, plant, realtime, recording, services, standard_services
 from .executor import IdleTime, executor_for
-from .inputs import Inputs
-from .loop import Loop
 from .neighbours import Neighbours
-from .outputs import Outputs
 from .pacing import NANOSECONDS
 from .program import StopRequest
 from .reporter import Reporter
@@ -28,7 +25,7 @@ QUEUE = 10
 
 
 class RigidBodyNode(Node):
-    """ROS 2 interface of one Simulation; see docs/reference/interface.md.
+    """ROS 2 interface of one Simulation, or of a Fleet of several; see docs/reference/interface.md.
 
     ``given`` are parameters by dotted name, beside those that rclpy gets by its own ways. Raises ValueError for
     parameters that are unknown or bad. One thread does everything: ``run`` takes the steps that
@@ -44,22 +41,21 @@ class RigidBodyNode(Node):
         self._check_clock()
         for note in self.scene.notes:
             self.get_logger().warning(note)
-        self.simulation = recording.simulation_of(self.scene)
-        self._outputs = Outputs(self, self.scene, self.simulation)
-        self.loop = Loop(self.scene, self.simulation, self._outputs, self.get_logger().error)
+        self._plant = plant.create(self, self.scene)
+        self.loop = self._plant.loop
+        self.simulation = self.loop.simulation
         health = self.create_publisher(
             DiagnosticArray, "/diagnostics", QUEUE, qos_overriding_options=QoSOverridingOptions.with_default_policies()
         )
-        self._inputs = Inputs(self, self.scene, self.loop)
         services.create(self, self.loop, self.reset)
-        standard_services.create(self, self.scene, self.loop, self.reset, self._quit)
+        standard_services.create(self, self._plant, self.reset, self._quit)
         parameters.refuse_undeclared(self)
         self._changes = parameters.Changes(self, self.scene, self._take)
-        inputs, outputs = self._inputs.inputs, self._outputs.channels
-        neighbours = Neighbours(self, self.scene, self.loop, inputs, outputs, self._inputs.refused.total)
+        neighbours = Neighbours(self, self._plant)
         # After all that may refuse to start, so that no bag is left behind.
-        self._recorder = recording.start(self, self.scene, self.loop, [*self._outputs.channels, *self._inputs.inputs])
-        self._reporter = Reporter(self, health, self.loop, self._inputs, neighbours, self._recorder)
+        ends: list[recording.Recordable] = [*self._plant.outputs.channels, *self._plant.inputs]
+        self._recorder = recording.start(self, self.scene, self.loop, ends)
+        self._reporter = Reporter(self, health, self._plant, neighbours, self._recorder)
         self._stop: StopRequest | None = None
 
     def destroy_node(self) -> None:
@@ -88,7 +84,7 @@ class RigidBodyNode(Node):
         self._be_prompt()
         gc.collect()
         gc.freeze()  # what exists now stays; the collector need not look at it again while the loop runs
-        self._outputs.count_listeners()
+        self._plant.outputs.count_listeners()
         if self._is_default:
             self.get_logger().info("no parameters were given: simulating the default body")
         self._reporter.tell_ready()
@@ -117,10 +113,11 @@ class RigidBodyNode(Node):
         """Back to the initial state, to time zero, or both, as Loop.reset; returns what became of the time."""
         before = self.simulation.steps
         text = self.loop.reset(state=state, time_too=time_too)
-        if state:
-            self._inputs.forget()
-        else:
-            self._inputs.on_time_moved(self.simulation.steps - before)
+        for part in self._plant.parts:
+            if state:
+                part.inputs.forget()
+            else:
+                part.inputs.on_time_moved(self.simulation.steps - before)
         self._reporter.count_afresh()
         return text
 
@@ -129,21 +126,32 @@ class RigidBodyNode(Node):
         if self._stop is not None:  # services are served in ``run`` alone, which sets it
             self._stop.requested = True
 
-    def _compile(self, terms: Terms) -> None:
-        """What the terms need that was not compiled yet, which the loop has to wait for."""
-        if first_start.missing(first_start.of_scene(terms, self.scene["integrator.name"], self.scene["outputs"])):
+    def _take(self, scene: Scene | FleetScene) -> None:
+        """Go on with the dynamic parameters of ``scene``. Raises ValueError, and changes nothing, when it cannot be."""
+        factor, old, new = scene["real_time_factor"], by_name(self.scene), by_name(scene)
+        parts = [part for part in self._plant.parts if new[part.name] is not old[part.name]]
+        changes = [_terms_changed(old[part.name], new[part.name]) for part in parts]
+        for part, changed in zip(parts, changes, strict=True):
+            if changed:
+                self._compile(new[part.name])
+                part.simulation.check_change(**changed)
+        for part, changed in zip(parts, changes, strict=True):
+            if changed:
+                part.simulation.change(**changed)
+                self._reporter.tell_new_plan(part.name)
+            part.inputs.set_limits(new[part.name])
+        if factor != self.scene["real_time_factor"]:
+            self.loop.set_factor(factor)
+        self.scene = scene
+
+    def _compile(self, scene: Scene) -> None:
+        """What a scene needs that was not compiled yet, which the loop has to wait for."""
+        if first_start.missing(first_start.of_scene(scene.terms(), scene["integrator.name"], scene["outputs"])):
             self.get_logger().warning("compiling kernels for what was set: the simulation waits for some seconds")
             first_start.wait()
 
-    def _take(self, scene: Scene) -> None:
-        """Go on with the dynamic parameters of ``scene``. Raises ValueError, and changes nothing, when it cannot be."""
-        terms, factor = scene.terms(), scene["real_time_factor"]
-        if terms != self.scene.terms():
-            self._compile(terms)
-            before = self.scene.terms().dynamic()  # the fluid may have another velocity meanwhile, by its topic
-            self.simulation.change(**{name: one for name, one in terms.dynamic().items() if one != before[name]})
-            self._reporter.tell_new_plan()
-        if factor != self.scene["real_time_factor"]:
-            self.loop.set_factor(factor)
-        self._inputs.set_limits(scene)
-        self.scene = scene
+
+def _terms_changed(old: Scene, new: Scene) -> dict[str, Any]:
+    """Those in which a scene differs from another; the fluid may have another velocity meanwhile, by its topic."""
+    before = old.terms().dynamic()
+    return {name: one for name, one in new.terms().dynamic().items() if one != before[name]}

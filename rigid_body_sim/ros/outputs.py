@@ -3,8 +3,8 @@
 A quaternion is w, x, y, z inside and x, y, z, w in messages: the order changes here.
 """
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import Any
 
@@ -14,7 +14,6 @@ from rclpy.event_handler import PublisherEventCallbacks, QoSPublisherMatchedInfo
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile
-from rclpy.qos_overriding_options import QoSOverridingOptions
 from rclpy.serialization import serialize_message
 
 from ..kernels.vectors import qmultiply, qrotate, qrotate_back
@@ -23,6 +22,7 @@ from ..scene.loader import Scene
 from ..simulation import Simulation
 from ..values.body import Body
 from . import templates
+from .messages import inside, overridable
 
 QUEUE = 10
 ALWAYS = ("pose", "twist")
@@ -278,6 +278,10 @@ KINDS: dict[str, Callable[[Scene, Simulation], Output]] = {
 }
 
 
+def _within(space: str, output: Output) -> Output:
+    return replace(output, topic=inside(space, output.topic))
+
+
 class Channel:
     """The publisher of one output, ``end``. ``listeners`` is how many subscriptions there are, as far as is known.
 
@@ -285,8 +289,8 @@ class Channel:
     ``wanted`` when somebody listens, or when it is recorded; ``changed()`` is called when that may be otherwise.
     """
 
-    def __init__(self, node: Node, output: Output, keep: bool, changed: Callable[[], None]):
-        self.output = output
+    def __init__(self, node: Node, output: Output, keep: bool, changed: Callable[[], None], space: str = ""):
+        self.output, self._space = output, space
         self._keep, self._changed = keep, changed
         self.listeners = int(keep)
         self._record: Callable[[bytes], None] | None = None
@@ -300,11 +304,11 @@ class Channel:
             node.get_logger().info(f"topic {output.topic} is published field by field: {reason}")
 
     def _create(self, node: Node) -> Publisher:
-        overridable = QoSOverridingOptions.with_default_policies()
+        overriding = overridable(node, self._space, self.output.topic)
         durability = DurabilityPolicy.TRANSIENT_LOCAL if self._keep else DurabilityPolicy.VOLATILE
         profile = QoSProfile(depth=1 if self._keep else self.output.depth, durability=durability)
         kind, topic = type(self.output.message), self.output.topic
-        create = partial(node.create_publisher, kind, topic, profile, qos_overriding_options=overridable)
+        create = partial(node.create_publisher, kind, topic, profile, qos_overriding_options=overriding)
         try:
             return create(event_callbacks=PublisherEventCallbacks(matched=self._on_matched))
         except UnsupportedEventTypeError:
@@ -344,20 +348,20 @@ class Channel:
 class Outputs:
     """All the outputs of a simulation that its scene asks for; what nobody listens to is neither built nor sent.
 
-    ``heard``: whether anybody listens to anything, or records it.
+    ``heard``: whether anybody listens to anything, or records it. ``space`` is a namespace for their topics.
 
     Raises ValueError for an output that cannot be made here.
     """
 
-    def __init__(self, node: Node, scene: Scene, simulation: Simulation):
+    def __init__(self, node: Node, scene: Scene, simulation: Simulation, space: str = ""):
         self._simulation = simulation
         asked = {*ALWAYS, *scene["outputs"]}
-        entries = [make(scene, simulation) for kind, make in KINDS.items() if kind in asked]
+        entries = [_within(space, make(scene, simulation)) for kind, make in KINDS.items() if kind in asked]
         now = Motion(simulation)
         for entry in entries:
             entry.values(now)  # compiles what it needs now, not at the first listener
         self._wanted: list[Channel] = []
-        self.channels = [Channel(node, entry, scene["lockstep"], self._look_who_is_wanted) for entry in entries]
+        self.channels = [Channel(node, entry, scene["lockstep"], self._look_who_is_wanted, space) for entry in entries]
         self._look_who_is_wanted()
 
     def count_listeners(self) -> None:
@@ -381,3 +385,36 @@ class Outputs:
             motion = Motion(self._simulation)
             for channel in self._wanted:
                 channel.publish(stamp_ns, motion)
+
+
+class FleetOutputs:
+    """The outputs of several bodies, by their names; as Outputs. A body that has ``stopped`` sends nothing more."""
+
+    def __init__(self, outputs: Mapping[str, Outputs], stopped: Collection[str]):
+        self._outputs, self._stopped = outputs, stopped
+
+    @property
+    def channels(self) -> list[Channel]:
+        """Those of all bodies."""
+        return [channel for one in self._outputs.values() for channel in one.channels]
+
+    @property
+    def heard(self) -> bool:
+        """Whether anybody listens to anything of any body, or records it."""
+        return any(one.heard for one in self._outputs.values())
+
+    def count_listeners(self) -> None:
+        """Look who listens."""
+        for one in self._outputs.values():
+            one.count_listeners()
+
+    def tick(self, stamp_ns: int) -> None:
+        """Send the clock alone."""
+        for one in self._outputs.values():
+            one.tick(stamp_ns)
+
+    def publish(self, stamp_ns: int) -> None:
+        """Send the present motions to everybody who listens, all with the same stamp [ns]."""
+        for name, one in self._outputs.items():
+            if name not in self._stopped:
+                one.publish(stamp_ns)

@@ -1,6 +1,7 @@
 """The schema's parameters as ROS parameters of a node."""
 
 from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Any
 
 from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor, SetParametersResult
@@ -9,6 +10,7 @@ from rclpy.parameter import Parameter
 
 from ..integrators import RULE
 from ..scene import attitude, parameter_file, schema
+from ..scene.fleet import FleetScene, by_name, scene_from, split
 from ..scene.loader import Scene
 from ..values.parameter import NAMES, shown
 from ..values.parameter import Parameter as SceneParameter
@@ -21,6 +23,7 @@ _QOS_CHOICES = {
     "reliability": ("system_default", "reliable", "best_effort"),
 }
 
+Known = Callable[[str], SceneParameter]
 _FIXED = "is read at start only; start the node again with another value for it"
 SIM_TIME = "use_sim_time"
 _USE_SIM_TIME = (
@@ -29,25 +32,25 @@ _USE_SIM_TIME = (
 )
 
 
-def declare(node: Node, given: Mapping[str, Any]) -> Scene:
+def declare(node: Node, given: Mapping[str, Any]) -> Scene | FleetScene:
     """Check the parameters given to ``node``, declare all of them, and return the scene they describe.
 
     Raises ValueError, with a sentence that names the parameter, when one is unknown or bad.
     """
-    scene = Scene(all_given(node, given))
+    scene = scene_from(all_given(node, given))
     if node.get_parameter(SIM_TIME).value:
         raise ValueError(_USE_SIM_TIME)
-    declare_values(node, scene.values, schema.BY_NAME)
+    declare_values(node, scene.values, scene.parameter)
     return scene
 
 
-def declare_values(node: Node, values: Mapping[str, Any], table: Mapping[str, SceneParameter]) -> None:
-    """Declare the parameters of a table with values that were checked and converted: what was given is not read again.
+def declare_values(node: Node, values: Mapping[str, Any], known: Known) -> None:
+    """Declare parameters with values that were checked and converted: what was given is not read again.
 
-    rclpy would do so, more strictly: 1 is no 1.0 there.
+    rclpy would do so, more strictly: 1 is no 1.0 there. ``known(name)`` is what is known of one.
     """
     for name, value in values.items():
-        parameter = schema.find(name, table)
+        parameter = known(name)
         if value == ():
             _declare_empty_array(node, name, parameter)
         else:
@@ -62,8 +65,9 @@ class Refusals:
     would end the node.
     """
 
-    def __init__(self, node: Node, table: Mapping[str, SceneParameter]):
+    def __init__(self, node: Node, table: Mapping[str, SceneParameter], known: Known | None = None):
         self._node, self._table = node, table
+        self._known = known or partial(schema.find, table=table)
         node.add_pre_set_parameters_callback(self._complete)
         node.add_on_set_parameters_callback(self._set)
 
@@ -91,7 +95,7 @@ class Refusals:
                 raise ValueError(f"{given} is no value, and parameters cannot be taken away; give one")
             attitude.refuse_row(name, parameter.value, self._table)
             if not schema.belongs_to_ros(name):
-                self._check_own(given, schema.find(name, self._table), parameter)
+                self._check_own(given, self._known(name), parameter)
             elif name != SIM_TIME:
                 raise ValueError(f"{given} {_FIXED}")
 
@@ -112,7 +116,7 @@ class Refusals:
     def _as_declared(self, parameter: Parameter) -> Parameter:
         """``2`` for a double is meant as 2.0; rclpy would refuse it."""
         try:
-            wanted = schema.find(parameter.name, self._table).type
+            wanted = self._known(parameter.name).type
         except ValueError:
             return parameter
         if wanted is float and parameter.type_ == Parameter.Type.INTEGER:
@@ -135,9 +139,9 @@ class Changes(Refusals):
     ``take(scene)`` gets the scene with the new values; it raises ValueError, and has done nothing, to refuse it.
     """
 
-    def __init__(self, node: Node, scene: Scene, take: Callable[[Scene], None]):
+    def __init__(self, node: Node, scene: Scene | FleetScene, take: Callable[[Any], None]):
         self._scene, self._take = scene, take
-        super().__init__(node, schema.BY_NAME)
+        super().__init__(node, schema.BY_NAME, scene.parameter)
 
     def _check(self) -> None:
         super()._check()
@@ -149,32 +153,43 @@ class Changes(Refusals):
 
     @property
     def _dynamic(self) -> list[str]:
-        return [name for name in self._scene.values if schema.find(name).dynamic]
+        own = tuple(by_name(self._scene))
+        return [name for name in self._scene.values if not split(name, own)[0] and self._known(name).dynamic]
 
     def _check_own(self, given: str, known: SceneParameter, parameter: Parameter) -> None:
         super()._check_own(given, known, parameter)
-        if parameter.name not in self._scene.values:
+        if not self._scene.has(parameter.name):
             raise ValueError(f"{given} {_none_such(parameter.name, self._scene)}")
 
     def _following(self) -> list[Parameter]:
+        self._declare_asked()
         old, changed = self._scene.values, self._changed().values
         also = [name for name, value in changed.items() if name not in self._asked and value != old.get(name)]
         return [Parameter(name, value=_plain(changed[name])) for name in also]
+
+    def _declare_asked(self) -> None:
+        """Those of counted bodies are there when they are first set: declared, they would be thousands."""
+        asked, self._asked = self._asked, {}  # rclpy calls ``_set`` of what is declared, too
+        new = [name for name in asked if not self._node.has_parameter(name)]
+        declare_values(self._node, {name: self._scene.value_of(name) for name in new}, self._known)
+        self._asked = asked
 
     def _accept(self) -> None:
         scene = self._changed()
         self._take(scene)
         self._scene = scene
 
-    def _changed(self) -> Scene:
+    def _changed(self) -> Scene | FleetScene:
         named = {name: parameter.value for name, parameter in self._asked.items()}
         return self._scene.changed({name: value for name, value in named.items() if not schema.belongs_to_ros(name)})
 
 
-def _none_such(name: str, scene: Scene) -> str:
+def _none_such(name: str, scene: Scene | FleetScene) -> str:
     """Why a parameter of a member that a group lacks cannot be set, and which members there are."""
+    body, name = split(name, tuple(by_name(scene)))
+    values = scene.values if isinstance(scene, Scene) else scene.scenes[body].values if body else scene.first.values
     group, member, _ = name.split(".", 2)
-    there = ", ".join(f"{group}.{each}" for each in schema.members(group, scene.values))
+    there = ", ".join(f"{group}.{each}" for each in schema.members(group, values))
     remedy = f"those there are {there}" if there else f"there are no {group}; give them at the start"
     return f"there is no {schema.shown_name(f'{group}.{member}')}, and none is added while the node runs; {remedy}"
 

@@ -4,7 +4,7 @@ import os
 import sys
 from collections.abc import Callable, Sequence
 from functools import partial
-from typing import Protocol, cast
+from typing import Any, Protocol
 
 from rclpy.node import Node
 from rclpy.publisher import Publisher
@@ -14,7 +14,9 @@ from ..bags import journal
 from ..bags.recorder import Recorder
 from ..bags.rosbags_support import BagError
 from ..bags.writing import Topic
-from ..resim.journaled import JournaledSimulation
+from ..fleet import Fleet
+from ..resim.journaled import JournaledFleet, JournaledSimulation
+from ..scene.fleet import FleetScene
 from ..scene.loader import Scene
 from ..simulation import Simulation
 from .loop import Loop
@@ -40,7 +42,14 @@ def simulation_of(scene: Scene) -> Simulation:
     return (JournaledSimulation if scene["record.path"] else Simulation).from_scene(scene)
 
 
-def start(node: Node, scene: Scene, loop: Loop, ends: Sequence[Recordable]) -> Recorder | None:
+def fleet_of(scene: FleetScene) -> Fleet:
+    """The same of several bodies."""
+    if not scene["record.path"]:
+        return Fleet.from_scene(scene)
+    return JournaledFleet.from_scene(scene, JournaledSimulation.from_scene)
+
+
+def start(node: Node, scene: Scene | FleetScene, loop: Loop[Any], ends: Sequence[Recordable]) -> Recorder | None:
     """Be ready to record those of ``ends`` that the scene asks for, from ``begin`` on; None when it asks for nothing.
 
     Raises ValueError when ``record.topics`` has something else, or when the bag cannot be made.
@@ -60,10 +69,10 @@ def start(node: Node, scene: Scene, loop: Loop, ends: Sequence[Recordable]) -> R
     return recorder
 
 
-def begin(recorder: Recorder, scene: Scene, loop: Loop) -> None:
+def begin(recorder: Recorder, scene: Scene | FleetScene, loop: Loop[Any]) -> None:
     """Begin the journal with the scene, once the loop has the stamp with which its time begins."""
     recorder.put_entry(loop.simulation.steps, journal.SCENE, journal.scene_values(scene, loop.epoch_ns))
-    cast(JournaledSimulation, loop.simulation).journal = recorder.put_entry  # simulation_of made it one
+    loop.simulation.journal = recorder.put_entry  # simulation_of or fleet_of made one that has it
 
 
 def _chosen(node: Node, names: Sequence[str], ends: Sequence[Recordable]) -> list[Recordable]:

@@ -1,17 +1,21 @@
 """What the node tells of itself: its health once a second on /diagnostics, and in the log what is new."""
 
 import time
+from collections.abc import Iterator, Mapping
 
-from diagnostic_msgs.msg import DiagnosticArray
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 
 from ..bags.recorder import Recorder
 from . import diagnostics, messages
-from .inputs import Inputs
-from .loop import WAITING, Loop
+from .loop import WAITING
 from .neighbours import Neighbours
 from .pacing import NANOSECONDS
+from .plant import Part, Plant
+
+AT_ONCE = 20  # bodies in one report, of which each takes 0.1 ms
+MOST_NAMED = 8  # bodies in a line of the log
 
 
 class Reporter:
@@ -21,44 +25,49 @@ class Reporter:
     """
 
     def __init__(
-        self,
-        node: Node,
-        publisher: Publisher,
-        loop: Loop,
-        inputs: Inputs,
-        neighbours: Neighbours,
-        recorder: Recorder | None,
+        self, node: Node, publisher: Publisher, plant: Plant, neighbours: Neighbours, recorder: Recorder | None
     ):
         self._node, self._publisher, self._log = node, publisher, node.get_logger()
-        self._loop, self._simulation, self._inputs = loop, loop.simulation, inputs
+        self._loop, self._parts = plant.loop, plant.parts
         self._neighbours, self._recorder = neighbours, recorder
         self._told_of_recording: set[str] = set()
-        self._plans_told: set[str] = set()
+        self._plans_told: dict[str, set[str]] = {part.name: set() for part in self._parts}
+        self._pause_ns = NANOSECONDS // -(-len(self._parts) // AT_ONCE)
+        self._coming = list[Part]()
         self.due_ns = time.monotonic_ns() + NANOSECONDS
         self.count_afresh()
 
     def count_afresh(self) -> None:
-        """The next report tells what is counted from here on."""
-        self._before = self._reading()
+        """The next reports tell what is counted from here on."""
+        self._counted = self._count()
+        self._before = {part.name: self._reading(part) for part in self._parts}
 
     def tell_ready(self) -> None:
         """Before time is counted: the first log of rclpy's takes 70 ms, of which some would slip."""
         manner = f"{', lockstep' if self._loop.lockstep else ''}{', paused' if self._loop.paused else ''}"
-        self._log.info(f"ready: {self._simulation.describe()}{manner}")
-        if self._loop.waiting:
-            self._log.info(f"{WAITING}, on any of {', '.join(self._inputs.starters)}: until then the body stays")
-        self._plans_told.add(self._simulation.integrator.name)
+        for text in _together({part.name: part.simulation.describe() for part in self._parts}):
+            self._log.info(f"ready: {text}{manner}")
+        for part in self._parts:
+            self._plans_told[part.name].add(part.simulation.integrator.name)
+        waiting = {part.name: ", ".join(part.inputs.starters) for part in self._parts if part.seen.waiting}
+        for text in _together({name: f"{WAITING}, on any of {topics}" for name, topics in waiting.items()}):
+            self._log.info(f"{text}: until then the body stays")
 
-    def tell_new_plan(self) -> None:
-        """After the terms have changed: log the plan, though it may be one that was told before."""
-        self._plans_told.clear()
-        self._tell_plan()
+    def tell_new_plan(self, name: str) -> None:
+        """After the terms of a body have changed: log the plan, though it may be one that was told before."""
+        self._plans_told[name].clear()
+        self._tell_plans()
 
-    def _tell_plan(self) -> None:
-        """Log the plan when it is one that was not told yet."""
-        if self._simulation.integrator.name not in self._plans_told:
-            self._plans_told.add(self._simulation.integrator.name)
-            self._log.info(f"plan: {self._simulation.plan}")
+    def _tell_plans(self) -> None:
+        """Log the plans that were not told yet."""
+        new = {}
+        for part in self._parts:
+            told, simulation = self._plans_told[part.name], part.simulation
+            if simulation.integrator.name not in told:
+                told.add(simulation.integrator.name)
+                new[part.name] = str(simulation.plan)
+        for text in _together(new):
+            self._log.info(f"plan: {text}")
 
     def tell_of_recording(self) -> None:
         """Log, each sentence once, that the recorder has stopped, or that a message was too large for it."""
@@ -72,40 +81,56 @@ class Reporter:
             self._log.error(recorder.failure)
 
     def report(self, now_ns: int) -> None:
-        """Publish the health of the last second, and log what is new; the next one is due a second from now."""
-        reading = self._reading()
-        status = diagnostics.status(
-            f"{self._node.get_fully_qualified_name()}: simulation",
-            self._simulation,
-            self._before,
-            reading,
-            mode=self._loop.mode,
-            failure=self._loop.failure,
-            ages=self._inputs.ages,
-        )
-        message = DiagnosticArray(status=[status])
+        """Publish the health of the last second, and log what is new.
+
+        The next report is due a second from now; of many bodies each tells of some of them, for all in a second.
+        """
+        if not self._coming:
+            self._coming, self._counted = list(self._parts), self._count()
+        parts, self._coming = self._coming[:AT_ONCE], self._coming[AT_ONCE:]
+        message = DiagnosticArray(status=[self._status(part) for part in parts])
         messages.stamp(message.header, self._node.get_clock().now().nanoseconds)
         self._publisher.publish(message)
-        self._tell_plan()
-        self.tell_of_recording()
-        self._neighbours.look()
-        self._before = reading
-        self.due_ns = now_ns + NANOSECONDS
+        if not self._coming:
+            self._tell_plans()
+            self.tell_of_recording()
+            self._neighbours.look()
+        self.due_ns = now_ns + self._pause_ns
 
-    def _reading(self) -> diagnostics.Reading:
-        pacer, inputs = self._loop.pacer, self._inputs
-        return diagnostics.Reading(
-            time.monotonic_ns(),
-            self._simulation.steps,
-            pacer.slipped_ns,
-            pacer.take_latest_ns(),
-            pacer.lateness.take_p99_ns(),
-            inputs.refused.copy(),
-            inputs.limited,
-            self._recording(),
+    def _status(self, part: Part) -> DiagnosticStatus:
+        reading, before = self._reading(part), self._before[part.name]
+        self._before[part.name] = reading
+        return diagnostics.status(
+            f"{self._node.get_fully_qualified_name()}: {part.name or 'simulation'}",
+            part.simulation,
+            before,
+            reading,
+            mode=part.seen.mode,
+            failure=part.seen.failure,
+            ages=part.inputs.ages,
         )
+
+    def _reading(self, part: Part) -> diagnostics.Reading:
+        inputs = part.inputs
+        own = time.monotonic_ns(), part.simulation.steps
+        return diagnostics.Reading(*own, *self._counted, inputs.refused.copy(), inputs.limited, self._recording())
+
+    def _count(self) -> tuple[int, int, int]:
+        """Of the loop since this was last asked: time that slipped, largest lateness, and that of 99 of 100 [ns]."""
+        pacer = self._loop.pacer
+        return pacer.slipped_ns, pacer.take_latest_ns(), pacer.lateness.take_p99_ns()
 
     def _recording(self) -> diagnostics.RecorderReading:
         if (recorder := self._recorder) is None:
             return diagnostics.RecorderReading()
         return diagnostics.RecorderReading(recorder.recorded, recorder.dropped, recorder.failure)
+
+
+def _together(texts: Mapping[str, str]) -> Iterator[str]:
+    """What is to be told of bodies, by name: each text once, with the names in front; without, of an only one."""
+    names_of: dict[str, list[str]] = {}
+    for name, text in texts.items():
+        names_of.setdefault(text, []).append(name)
+    for text, names in names_of.items():
+        more = f" and {len(names) - MOST_NAMED} more" if len(names) > MOST_NAMED else ""
+        yield f"{', '.join(names[:MOST_NAMED])}{more}: {text}" if names != [""] else text

@@ -17,13 +17,13 @@ from rclpy.node import Node
 from rclpy.task import Future
 
 from ..commands import RefusedError
-from ..scene.loader import Scene
 from ..values import rotation
 from ..values.parameter import shown
-from ..values.state import State
+from ..values.state import BodyState, State
 from . import messages
 from .loop import Loop, Run, StoppedError
 from .outputs import Motion
+from .plant import Part, Plant
 
 PACKAGE = "simulation_interfaces"
 INTERFACES = {
@@ -60,7 +60,7 @@ class FailedError(Exception):
         self.code = code
 
 
-def create(node: Node, scene: Scene, loop: Loop, reset: Reset, quit_program: Callable[[], None]) -> None:
+def create(node: Node, plant: Plant, reset: Reset, quit_program: Callable[[], None]) -> None:
     """Offer them under ``~/``, all or none: none where the package is missing, or with a warning does not fit."""
     if importlib.util.find_spec(PACKAGE) is None:
         return
@@ -69,10 +69,10 @@ def create(node: Node, scene: Scene, loop: Loop, reset: Reset, quit_program: Cal
     except ImportError as reason:
         node.get_logger().warning(f"{PACKAGE} is there, but its services cannot be offered: {reason}")
         return
-    simulation = SimulationServices(node, loop, reset, quit_program)
-    EntityServices(node, scene, loop)
-    StepAction(node, loop)
-    simulation.tell_features()
+    simulation = SimulationServices(node, plant.loop, reset, quit_program)
+    EntityServices(node, plant)
+    StepAction(node, plant.loop)
+    simulation.tell_features(len(plant.parts))
 
 
 def _check_package() -> None:
@@ -106,7 +106,7 @@ class SimulationServices:
     It counts as stopped, in the standard's word, when it is paused where STATE_STOPPED has put it.
     """
 
-    def __init__(self, node: Node, loop: Loop, reset: Reset, quit_program: Callable[[], None]):
+    def __init__(self, node: Node, loop: Loop[Any], reset: Reset, quit_program: Callable[[], None]):
         from simulation_interfaces import msg, srv
 
         self._node, self._loop, self._reset, self._quit = node, loop, reset, quit_program
@@ -118,7 +118,7 @@ class SimulationServices:
         _offer(node, srv.StepSimulation, "step_simulation", self._step)
         _offer(node, srv.ResetSimulation, "reset_simulation", self._reset_scope)
 
-    def tell_features(self) -> None:
+    def tell_features(self, bodies: int) -> None:
         """Offer ``~/get_simulator_features``, last: whoever finds it finds the others, too."""
         f = self._Features
         features = [
@@ -136,9 +136,11 @@ class SimulationServices:
             f.STEP_SIMULATION_ACTION,
         ]
 
+        told = "one rigid body" if bodies == 1 else f"{bodies} rigid bodies"
+
         def answer(_: Any, response: Any) -> Any:
             response.features.features = features
-            response.features.custom_info = "rigid_body_sim: one rigid body; see its docs/reference/interface.md"
+            response.features.custom_info = f"rigid_body_sim: {told}; see its docs/reference/interface.md"
             return response
 
         self._node.create_service(self._kinds.GetSimulatorFeatures, "~/get_simulator_features", answer)
@@ -203,13 +205,13 @@ class SimulationServices:
 
 
 class EntityServices:
-    """The one entity, which is the body: its name is that of the body frame."""
+    """The entities, which are the bodies. The name of an only one is that of the body frame, else it is the body's."""
 
-    def __init__(self, node: Node, scene: Scene, loop: Loop):
+    def __init__(self, node: Node, plant: Plant):
         from simulation_interfaces import msg, srv
 
-        self._loop, self._simulation = loop, loop.simulation
-        self._name, self._world = scene["body.frame_id"], scene["world_frame_id"]
+        self._parts = {part.name or part.scene["body.frame_id"]: part for part in plant.parts}
+        self._world = plant.parts[0].scene["world_frame_id"]
         self._Result, self._Bounds, self._category = msg.Result, msg.Bounds, msg.EntityCategory.CATEGORY_OBJECT
         self._invalid_pose = srv.SetEntityState.Response.INVALID_POSE
         _offer(node, srv.GetEntities, "get_entities", self._get_entities)
@@ -222,17 +224,18 @@ class EntityServices:
         if filters.categories or filters.tags.tags:
             text = "filters by category or tag are not supported; filter by name or by a sphere"
             raise FailedError(self._Result.RESULT_FEATURE_UNSUPPORTED, text)
-        if self._has_name(filters.filter) and self._is_within(filters.bounds):
-            response.entities = [self._name]
+        wanted = self._pattern(filters.filter)
+        named = [name for name in self._parts if wanted.search(name)]
+        response.entities = [name for name in named if self._is_within(filters.bounds, self._parts[name])]
 
-    def _has_name(self, pattern: str) -> bool:
+    def _pattern(self, pattern: str) -> re.Pattern[str]:
         try:
-            return re.search(pattern, self._name) is not None
+            return re.compile(pattern)
         except re.error as reason:
             text = f"filter {shown(pattern)} is not a regular expression: {reason}"
             raise FailedError(self._Result.RESULT_OPERATION_FAILED, text) from None
 
-    def _is_within(self, bounds: Any) -> bool:
+    def _is_within(self, bounds: Any, part: Part) -> bool:
         """Whether the body frame's origin is; the body has a mass and an inertia, and no surface."""
         if bounds.type == self._Bounds.TYPE_EMPTY:
             return True
@@ -243,51 +246,52 @@ class EntityServices:
             text = f"a sphere has 2 points, its centre and one whose x is its radius, and not {len(bounds.points)}"
             raise FailedError(self._Result.RESULT_OPERATION_FAILED, text)
         center, radius = _xyz(bounds.points[0]), bounds.points[1].x
-        return math.dist(center, self._simulation.pose[0:3]) <= radius
+        return math.dist(center, part.simulation.pose[0:3]) <= radius
 
-    def _need_the_body(self, entity: str) -> None:
-        if entity != self._name:
-            text = f"no entity {shown(entity)}: the only one is {self._name!r}"
-            raise FailedError(self._Result.RESULT_NOT_FOUND, text)
+    def _part(self, entity: str) -> Part:
+        if entity not in self._parts:
+            names = list(self._parts)
+            there = f"the only one is {names[0]!r}" if len(names) == 1 else f"they are {', '.join(names)}"
+            raise FailedError(self._Result.RESULT_NOT_FOUND, f"no entity {shown(entity)}: {there}")
+        return self._parts[entity]
 
     def _get_info(self, request: Any, response: Any) -> None:
-        self._need_the_body(request.entity)
+        part = self._part(request.entity)
         response.info.category.category = self._category
-        response.info.description = self._simulation.describe()
+        response.info.description = part.simulation.describe()
 
     def _get_state(self, request: Any, response: Any) -> None:
         """Pose of the body frame's origin, and velocity and acceleration of it in world axes."""
-        self._need_the_body(request.entity)
-        motion, state = Motion(self._simulation), response.state
+        part = self._part(request.entity)
+        motion, state = Motion(part.simulation), response.state
         state.header.frame_id = self._world
-        messages.stamp(state.header, self._loop.stamp_ns)
+        messages.stamp(state.header, part.seen.stamp_ns)
         _write_pose(state.pose, motion.pose)
         _write_pair(state.twist, motion.twist_world)
         _write_pair(state.acceleration, motion.acceleration_world)
 
     def _set_state(self, request: Any, _: Any) -> None:
         """From version 2 on, flags say which parts are meant; without them both pose and twist are."""
-        self._need_the_body(request.entity)
-        if self._loop.failure:
+        part = self._part(request.entity)
+        if part.seen.failure:
             text = "the simulation has stopped; reset_simulation starts afresh"
             raise FailedError(self._Result.RESULT_INCORRECT_STATE, text)
         try:
             messages.check_frame("state", request.state.header.frame_id, {self._world})
         except RefusedError as reason:
             raise FailedError(self._Result.RESULT_OPERATION_FAILED, str(reason)) from None
-        position, orientation = self._pose_meant(request)
-        velocity, w_world = self._twist_meant(request)
+        position, orientation = self._pose_meant(request, part.simulation.state)
+        velocity, w_world = self._twist_meant(request, part.simulation.state)
         try:
             w_body = rotation.rotate_back(orientation, w_world)
-            self._simulation.set_state(State(position, orientation, velocity, w_body))
+            part.simulation.set_state(State(position, orientation, velocity, w_body))
         except ValueError as reason:
             raise FailedError(self._Result.RESULT_OPERATION_FAILED, f"state refused: {reason}") from None
-        self._loop.on_changed_state()
+        part.seen.on_changed_state()
 
-    def _pose_meant(self, request: Any) -> tuple[Any, Any]:
+    def _pose_meant(self, request: Any, now: BodyState) -> tuple[Any, Any]:
         """Position [m] and quaternion w, x, y, z, body → world."""
         if not getattr(request, "set_pose", True):
-            now = self._simulation.state
             return now.position, now.orientation
         p, q = _xyz(request.state.pose.position), request.state.pose.orientation
         try:
@@ -295,10 +299,10 @@ class EntityServices:
         except ValueError as reason:
             raise FailedError(self._invalid_pose, f"pose refused: {reason}") from None
 
-    def _twist_meant(self, request: Any) -> tuple[Any, Any]:
+    @staticmethod
+    def _twist_meant(request: Any, now: BodyState) -> tuple[Any, Any]:
         """Velocity of the body frame's origin [m/s] and angular velocity [rad/s], both in world axes."""
         if not getattr(request, "set_twist", True):
-            now = self._simulation.state
             return now.velocity, rotation.rotate(now.orientation, now.angular_velocity)
         return _xyz(request.state.twist.linear), _xyz(request.state.twist.angular)
 
@@ -306,7 +310,7 @@ class EntityServices:
 class StepAction:
     """The action ``~/simulate_steps``: the loop takes the steps between what else it has to do."""
 
-    def __init__(self, node: Node, loop: Loop):
+    def __init__(self, node: Node, loop: Loop[Any]):
         from simulation_interfaces.action import SimulateSteps
         from simulation_interfaces.msg import Result
 

@@ -86,6 +86,7 @@ class WrenchSchedule:
         times: str | None = None,
         start: str | None = None,
         recover: bool = False,
+        body: str | None = None,
     ) -> "WrenchSchedule":
         """The commands of a bag, by the steps of a scene, as rigid_body_resim understands them.
 
@@ -116,6 +117,8 @@ class WrenchSchedule:
             Where the run begins; else at the scene's initial state where the first pose is that.
         recover : bool
             Of a bag that is not whole, take what is.
+        body : str, optional
+            Of a bag of several bodies, the one whose commands are meant.
 
         Raises
         ------
@@ -130,7 +133,7 @@ class WrenchSchedule:
         from ..scenarios.scenario import Choices
 
         names = (topics,) if isinstance(topics, str) else tuple(topics)
-        return cls.of(*command_rows.of_bag(path, scene, Choices(names, pose, times, start), recover))
+        return cls.of(*command_rows.of_bag(path, scene, Choices(names, pose, times, start), recover, body))
 
     def __len__(self) -> int:
         return len(self.steps)

@@ -10,8 +10,10 @@ from ..bags import journal as journals
 from ..bags.reading import Bag, read
 from ..bags.rosbags_support import BagError
 from ..held import Held, steps_held
-from ..scene.loader import Scene, load_scene
+from ..scene.fleet import FleetScene, load_any
+from ..scene.loader import Scene
 from ..values.wrench import Wrench
+from . import several
 from .command_feed import CommandFeed
 from .scenario import Choices, Scenario, prepare, scene_of
 
@@ -32,11 +34,14 @@ Rows = tuple[list[int], list[Wrench]]  # rising steps, and what is held from eac
 
 
 def of_bag(
-    path: str | os.PathLike[str], scene: Scene | str | os.PathLike[str] | None, choices: Choices, recover: bool
+    path: str | os.PathLike[str],
+    scene: Scene | str | os.PathLike[str] | None,
+    choices: Choices,
+    recover: bool,
+    body: str | None = None,
 ) -> Rows:
     """What WrenchSchedule.from_bag says, as rows. How the bag was understood is logged."""
-    bag = read(path, recover=recover)
-    scene = _scene_in(bag, scene)
+    bag, scene = _of_one_body(read(path, recover=recover), scene, body)
     if bag.journal:
         _check_journal(bag, scene, choices)
     scenario = prepare(bag, scene, choices)
@@ -62,7 +67,17 @@ def of_scenario(scenario: Scenario, scene: Scene, path: Path | str = "the bag") 
     return (steps, [noted.rows[step] for step in steps]), left_out
 
 
-def _scene_in(bag: Bag, given: Scene | str | os.PathLike[str] | None) -> Scene:
+def _of_one_body(bag: Bag, given: Scene | str | os.PathLike[str] | None, body: str | None) -> tuple[Bag, Scene]:
+    """The bag and the scene, or of several bodies those of one."""
+    scene = _scene_in(bag, given)
+    if isinstance(scene, Scene):
+        return bag, scene
+    if body is None:
+        raise ValueError(f"{bag.path}: is of several bodies, {', '.join(scene.names)}; choose one with body=")
+    return several.of_body(bag, scene, body), scene.scenes[body]
+
+
+def _scene_in(bag: Bag, given: Scene | str | os.PathLike[str] | None) -> Scene | FleetScene:
     if given is None and (recorded := scene_of(bag)):
         return recorded
     if given is None:
@@ -71,7 +86,7 @@ def _scene_in(bag: Bag, given: Scene | str | os.PathLike[str] | None) -> Scene:
     if isinstance(given, Scene):
         return given
     try:
-        return load_scene(given)
+        return load_any(given)
     except OSError as reason:
         raise ValueError(
             f"scene {os.fspath(given)}: cannot be read ({reason.strerror}); give a parameter file of the node"

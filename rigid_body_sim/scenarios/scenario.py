@@ -14,6 +14,7 @@ from ..kernels import compiled
 from ..kernels import state as flat
 from ..kernels.arrays import Floats, Integers
 from ..kernels.compiled import sources_digest
+from ..scene.fleet import FleetScene
 from ..scene.loader import Scene
 from ..values import rotation
 from ..values.state import State, flatten
@@ -99,8 +100,11 @@ class Scenario:
 # What to simulate -----------------------------------------------------------------------------------------------------
 
 
-def scene_of(bag: Bag) -> Scene | None:
-    """The scene in the bag's journal; None without a journal. Raises BagError for a journal that cannot be read."""
+def scene_of(bag: Bag) -> Scene | FleetScene | None:
+    """The scene in the bag's journal, of one body or of several; None without one.
+
+    Raises BagError for a journal that cannot be read.
+    """
     return journals.beginning(journals.read(bag.journal)).scene if bag.journal else None
 
 

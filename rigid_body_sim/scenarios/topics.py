@@ -26,7 +26,7 @@ def commands(bag: Bag, scene: Scene, asked: Sequence[str]) -> tuple[str, ...]:
         known = {**bag.wrenches, **{name: bag.numbers[name] for name in actuators}}
         return tuple(_of_type(bag, name, known, A_COMMAND) for name in heard)
     wrenches = _with_wrenches(bag, scene)
-    return actuators + wrenches if scene["lockstep_on"] == "actuators" else wrenches + actuators
+    return actuators + wrenches if "actuators" in scene["lockstep_on"] else wrenches + actuators
 
 
 def _to_actuators(bag: Bag, scene: Scene) -> tuple[str, ...]:

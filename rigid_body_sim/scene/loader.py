@@ -3,7 +3,7 @@
 import logging
 import os
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -15,7 +15,7 @@ from ..effects.actuators import MOST_STEPS_LATE
 from ..terms import Terms
 from ..values import rotation
 from ..values.body import Body, positive
-from ..values.parameter import shown
+from ..values.parameter import Parameter, shown
 from ..values.state import State
 from ..values.wrench import Wrench
 from . import attitude, mass_source, parameter_file, schema
@@ -71,12 +71,14 @@ class Scene:
     ):
         self._given, self._folder = schema.flat(given or {}), folder
         self._files: mass_source.Files = {} if files is None else files
+        self._check_one_body()
         self.values = attitude.read(self._given)
         source = mass_source.resolve(self.values, self._given, folder, self._files)
         self.values.update(source.followed)
         self.notes = (*source.notes, *self._notes_of_time())
         self.steps_per_publish = self._steps_per_publish()
         self.frames = self._frames()
+        self._check_lockstep()
         self._check_actuated()
         self._check_delays()
         self.terms()
@@ -103,6 +105,19 @@ class Scene:
     def has_given(self, group: str) -> bool:
         """Whether any parameter of a group was given."""
         return any(name.startswith(f"{group}.") for name in self._given)
+
+    def has(self, name: str) -> bool:
+        """Whether there is a parameter of that name here: of a group, those of its members."""
+        return name in self.values
+
+    def value_of(self, name: str) -> Any:
+        """The value of a parameter."""
+        return self.values[name]
+
+    @staticmethod
+    def parameter(name: str) -> Parameter:
+        """The parameter of that name in the table. Raises ValueError with the nearest known name when there is none."""
+        return schema.find(name)
 
     def given(self, name: str) -> Any:
         """The value as it was given, where it was, else the one in use."""
@@ -172,11 +187,29 @@ class Scene:
             )
         return steps
 
+    def _check_one_body(self) -> None:
+        """Raise ValueError for what is of several bodies: see fleet.FleetScene."""
+        for name in self._given:
+            if name.split(".")[0] in schema.OF_SEVERAL:
+                known = schema.find(name)
+                if known.read(name, self._given[name]) != known.default:
+                    raise ValueError(
+                        f"parameter {schema.shown_name(name)} = {shown(self._given[name])}: is of a scene of several "
+                        "bodies, and here is one; FleetScene and load_fleet take several"
+                    )
+
+    def _check_lockstep(self) -> None:
+        on = self["lockstep_on"]
+        if len(on) != 1 or on[0] not in schema.LEADING:
+            raise ValueError(
+                f"parameter lockstep_on = {shown(on)}: is not allowed; give one of {', '.join(schema.LEADING)}"
+            )
+
     def _check_actuated(self) -> None:
         """Raise ValueError for what needs actuators, where there are none."""
         if self["actuators.names"]:
             return
-        for name, given in (("lockstep_on", (self["lockstep_on"],)), ("outputs", self["outputs"])):
+        for name, given in (("lockstep_on", self["lockstep_on"]), ("outputs", self["outputs"])):
             for value in given:
                 if value.startswith("actuator"):
                     raise ValueError(
@@ -222,12 +255,16 @@ def load_scene(path: str | os.PathLike[str], node: str = DEFAULT_NODE) -> Scene:
     Raises OSError when the file cannot be read and ValueError, beginning with the path, when it is not such a file, has
     nothing for that node, or holds a parameter that is unknown or bad.
     """
-    file = parameter_file.read(path)
+    given = parameter_file.of_scene(path, node)
     try:
-        given = file.parameters(f"/{node.strip('/')}")
-        scene = Scene({name: value for name, value in given.items() if not schema.belongs_to_ros(name)})
+        scene = Scene(given)
     except ValueError as reason:
         raise ValueError(f"{os.fspath(path)}: {schema.one_line(reason)}") from None
-    for note in scene.notes:
-        _log.warning("%s: %s", os.fspath(path), note)
+    log_notes(path, scene.notes)
     return scene
+
+
+def log_notes(path: str | os.PathLike[str], notes: Iterable[str]) -> None:
+    """Tell what whoever gave a scene should see once."""
+    for note in notes:
+        _log.warning("%s: %s", os.fspath(path), note)

@@ -68,6 +68,20 @@ def read(path: str | os.PathLike[str]) -> ParameterFile:
             raise ValueError(f"{_told(path)}: {schema.one_line(reason)}") from None
 
 
+def of_scene(path: str | os.PathLike[str], node: str) -> dict[str, Any]:
+    """Dotted names and values, but for ROS's own, for the node of the full name ``node``.
+
+    Raises OSError when the file cannot be read and ValueError, beginning with its path, when it is no such file or has
+    nothing for that node.
+    """
+    file = read(path)
+    try:
+        values = file.parameters(f"/{node.strip('/')}")
+    except ValueError as reason:
+        raise ValueError(f"{_told(path)}: {schema.one_line(reason)}") from None
+    return {name: value for name, value in values.items() if not schema.belongs_to_ros(name)}
+
+
 def _told(path: str | os.PathLike[str]) -> str:
     return schema.shown_name(os.fspath(path))
 

@@ -15,6 +15,7 @@ from ..values.parameter import MOST_SHOWN, NAMES, OPEN, Parameter, dotted, shown
 
 MISSPELT = 0.75  # of 1: likeness of names at which one is taken for the other, misspelt; mas and mass have 0.86
 MOST_TOLD = 1500  # characters of a message that others made, YAML for one
+MOST_BODIES = 10_000
 OUTPUTS = ("odom", "accel", "imu", "wrench_applied", "actuator_states", "marker", "tf", "clock")
 
 
@@ -59,10 +60,11 @@ TABLE: tuple[Parameter, ...] = (
     Parameter("lockstep", bool, False, "Commands advance the simulation, no clock; see lockstep_on."),
     Parameter(
         "lockstep_on",
-        str,
-        "wrench",
-        "Which commands advance it: those on the first of wrench.topics, or those to actuators.",
-        choices=("wrench", "actuators"),
+        NAMES,
+        ("wrench",),
+        "Which commands advance it: wrench (those on the first of wrench.topics) or actuators; of several bodies also "
+        "names of those whose commands are waited for, else all that somebody commands.",
+        lone=True,
     ),
     Parameter("steps_per_command", int, 1, "Steps by which such a command advances it.", least=1, most=1_000_000),
     Parameter("start_paused", bool, False, "Wait for ~/pause or ~/step before the first step."),
@@ -203,9 +205,30 @@ TABLE: tuple[Parameter, ...] = (
         (),
         "Topics recorded; empty = all: pose, twist, outputs, commands, impulse, set_pose, set_twist, fluid_velocity.",
     ),
+    Parameter("bodies", NAMES, (), "Names of several bodies; empty = one. See docs/how-to/several_bodies.md."),
+    Parameter(
+        "bodies.count",
+        int,
+        0,
+        "In place of names: so many bodies, all alike, called bodies.prefix and a number from 0 on; 0 = not used.",
+        least=0,
+        most=MOST_BODIES,
+    ),
+    Parameter("bodies.prefix", str, "body_", "How the names of counted bodies begin."),
+    Parameter(
+        "bodies.columns",
+        int,
+        0,
+        "Counted bodies stand in rows of so many along x, from initial.position on; 0 = about as many as rows.",
+        least=0,
+        most=MOST_BODIES,
+    ),
+    Parameter("bodies.spacing", tuple, (1.0, 1.0), "Distances of columns and rows, world x and y.", "m", length=2),
 )
 
 BY_NAME = {parameter.name: parameter for parameter in TABLE}
+OF_SEVERAL = ("bodies", "links")  # groups that a scene of one body has no use for
+LEADING = ("wrench", "actuators")  # of lockstep_on: which commands lead
 GROUPS = tuple(dict.fromkeys(name.split(OPEN)[0] for name in BY_NAME if OPEN in name))
 
 
@@ -214,6 +237,11 @@ def find(name: str, table: Mapping[str, Parameter] = BY_NAME) -> Parameter:
     if (pattern := _pattern(name)) in table and OPEN not in name:
         return table[pattern]
     raise ValueError(unknown(name, pattern, table))
+
+
+def is_known(name: str) -> bool:
+    """Whether a scene has, or may have, a parameter of that name."""
+    return _pattern(name) in BY_NAME and OPEN not in name
 
 
 def _pattern(name: str) -> str:
@@ -231,6 +259,11 @@ def has_attitude(prefix: str, table: Mapping[str, Parameter] = BY_NAME) -> bool:
 def is_group(name: str) -> bool:
     """Whether ``name`` is what parameters of a scene stand below, such as ``body`` or ``frames.arm``."""
     return any(known.startswith(_pattern(f"{name}.x")[:-1]) for known in BY_NAME)
+
+
+def is_open(name: str) -> bool:
+    """Whether a parameter is of a member, with a name of the user's, of a group."""
+    return OPEN in _pattern(name)
 
 
 def names_a_file(name: str) -> bool:
@@ -266,11 +299,11 @@ def _dotted_member(name: str, known: Sequence[str]) -> str:
 
 def _meant(pattern: str, known: Sequence[str]) -> str:
     """The known name that this one is but for its spelling; empty when there is none, or are several."""
-    letters = _letters(pattern)
+    letters, groups = _letters(pattern), {name.rpartition(".")[0] for name in known}
     ways: tuple[Callable[[str], bool], ...] = (
         lambda each: _letters(each) == letters,
         lambda each: each == _angles_of(pattern),
-        lambda each: each.endswith(f".{pattern}") or pattern.startswith(f"{each}."),
+        lambda each: each.endswith(f".{pattern}") or (pattern.startswith(f"{each}.") and each not in groups),
         lambda each: _likeness(pattern, each) >= MISSPELT,
     )
     for way in ways:

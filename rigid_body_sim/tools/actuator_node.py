@@ -27,7 +27,7 @@ class ActuatorController(AnsweringNode):
         table = {row.name: row for row in (PLANT, *kind_of(scene).parameters)}
         values = attitude.read(found, table)
         self.controller: Controller = controller(scene, values)
-        parameters.declare_values(self, values, table)
+        parameters.declare_values(self, values, table.__getitem__)
         rest = scene.initial_state()
         # It compiles what it calls: the first answer must not come late.
         self.controller.commands(Sensed(rest.position, rest.orientation, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)))

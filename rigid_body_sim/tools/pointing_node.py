@@ -27,7 +27,7 @@ class PointingController(AnsweringNode):
         self._frame_id = values["frame_id"]
         law = {name: values[name] for name in ("inertia", "natural_frequency", "damping_ratio", "max_torque")}
         self.law: PointingLaw = pointing_law(attitude.quaternion(values, "target"), **law)
-        parameters.declare_values(self, values, TABLE)
+        parameters.declare_values(self, values, TABLE.__getitem__)
         self.law.torque(self.law.target, np.zeros(3))  # compiles what it calls: the first answer must not come late
         parameters.refuse_undeclared(self)
         self._refusals = parameters.Refusals(self, TABLE)

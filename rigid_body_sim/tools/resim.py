@@ -8,25 +8,36 @@ import sys
 import time
 from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 from ..bags.reading import Bag, read
 from ..bags.rosbags_support import HOW_TO_INSTALL, BagError
 from ..command_line import INTERRUPTED, Parser
 from ..resim import resimulating
 from ..resim.comparison import Comparison, Tolerance
-from ..resim.resimulating import Track
 from ..scenarios import scenario as scenarios
-from ..scenarios import timing
+from ..scenarios import several, timing
 from ..scenarios.command_feed import Progress
 from ..scenarios.scenario import Choices, Scenario
 from ..scenarios.topics import A_POSE, there
-from ..scene.loader import DEFAULT_NODE, Scene, load_scene
+from ..scene.fleet import FleetScene, by_name, load_any
+from ..scene.loader import DEFAULT_NODE, Scene
 from ..scene.schema import one_line
 from ..simulation import SimulationError
 from . import resim_output, resim_plot, sweep
+from .resim_output import Run
 
 SAME, FAILED, DIFFERS = 0, 1, 2
 USUAL_TOLERANCE = Tolerance(1e-9, 1e-9)
+
+
+class Prepared(NamedTuple):
+    """What a bag holds of one body; ``name`` is empty where it is the only one."""
+
+    name: str
+    bag: Bag
+    scene: Scene
+    scenario: Scenario
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -116,6 +127,13 @@ def _parser() -> argparse.ArgumentParser:
         help="initial state: the scene's, or the first recorded pose and twist (default: the scene's when the first "
         "pose is that)",
     )
+    parser.add_argument(
+        "--body",
+        action="append",
+        default=[],
+        metavar="NAME",
+        help="of a bag of several bodies, one that is wanted (default: all of them); several times for several",
+    )
     parser.add_argument("--recover", action="store_true", help="of a bag that is not whole, take what is")
     group = parser.add_argument_group("many runs")
     group.add_argument(
@@ -161,17 +179,22 @@ def _simulate_again(options: argparse.Namespace) -> int:
     compared = options.compare or picture is not None or options.tolerance is not None or options.out is None
     if options.out is not None:
         resim_output.check(options.out)
-    bag, scene, scenario = _prepared(options)
+    runs = [_again(one, options, compared) for one in _prepared(options)]
+    if options.out is not None:
+        resim_output.write(options.out, runs)
+        print(f"Written: {options.out}")
+    return max([SAME, *(_compare(run, options, picture) for run in runs if compared)])
+
+
+def _again(prepared: Prepared, options: argparse.Namespace, compared: bool) -> Run:
+    """Simulate one body again."""
+    name, bag, scene, scenario = prepared
     if compared and scenario.recorded is None:
         raise BagError(
             f"{options.bag}: has no topic with poses to compare with, of type {A_POSE}; it has {there(bag)}; "
             "give --out alone"
         )
-    track = _timed_run(scenario, scene)
-    if options.out is not None:
-        resim_output.write(options.out, scenario, scene, track)
-        print(f"Written: {options.out}")
-    return _compare(scenario, track, options, picture) if compared else SAME
+    return Run(name, scenario, scene, _timed_run(scenario, scene))
 
 
 def _picture(options: argparse.Namespace) -> Path | None:
@@ -187,14 +210,14 @@ def _stem(bag: Path) -> str:
     return bag.absolute().name.split(".")[0]
 
 
-def _prepared(options: argparse.Namespace) -> tuple[Bag, Scene, Scenario]:
-    """Read the bag and say what is in it."""
+def _prepared(options: argparse.Namespace) -> list[Prepared]:
+    """Read the bag and say what is in it, of each body that is wanted."""
     bag = read(options.bag, recover=options.recover)
     if bag.journal and (options.topic or options.times or options.start):
         raise ValueError(
             "--topic, --times and --start are for bags without a journal, which this bag has; leave them out"
         )
-    scene: Scene | None
+    scene: Scene | FleetScene | None
     if options.scene is not None:
         scene, told = _scene_in(options.scene, options.node), f"Scene: {options.scene}."
     else:
@@ -202,21 +225,28 @@ def _prepared(options: argparse.Namespace) -> tuple[Bag, Scene, Scenario]:
     if scene is None:
         scene, told = Scene(), "Scene: the node's defaults, because neither --scene nor a journal gives one."
     choices = Choices(tuple(options.topic), options.pose, options.times, options.start)
-    scenario = scenarios.prepare(bag, scene, choices)
-    _tell(bag, scenario, told)
-    return bag, scene, scenario
+    if isinstance(scene, Scene) and options.body:
+        raise ValueError(f"--body {options.body[0]}: the scene is of one body; leave it out")
+    wanted = options.body or by_name(scene)
+    parts = {name: several.of_body(bag, scene, name) if isinstance(scene, FleetScene) else bag for name in wanted}
+    prepared = []
+    for name, part in parts.items():
+        scenario = scenarios.prepare(part, by_name(scene)[name], choices)
+        _tell(part, scenario, told, name)
+        prepared.append(Prepared(name, part, by_name(scene)[name], scenario))
+    return prepared
 
 
-def _scene_in(path: Path, node: str) -> Scene:
+def _scene_in(path: Path, node: str) -> Scene | FleetScene:
     try:
-        return load_scene(path, node)
+        return load_any(path, node)
     except OSError as reason:
         raise ValueError(
             f"--scene {path}: cannot be read ({reason.strerror}); give a parameter file of the node"
         ) from None
 
 
-def _tell(bag: Bag, scenario: Scenario, told: str) -> None:
+def _tell(bag: Bag, scenario: Scenario, told: str, name: str) -> None:
     commands = _counted(len(scenario.journal) - 1, "journal entry", "journal entries")
     if scenario.commands is not None:
         commands = _counted(len(scenario.commands.values), "command", "commands")
@@ -224,7 +254,7 @@ def _tell(bag: Bag, scenario: Scenario, told: str) -> None:
     poses = "no poses"
     if scenario.recorded is not None:
         poses = f"{_counted(len(scenario.recorded), 'pose', 'poses')} on {scenario.pose_topic}"
-    print(f"{bag.path}: {commands}, {poses}")
+    print(f"{bag.path}: {f'{name}: ' if name else ''}{commands}, {poses}")
     for sentence in (told, *scenario.notes):
         print(f"  {sentence}")
 
@@ -233,7 +263,7 @@ def _counted(count: int, one: str, more: str) -> str:
     return f"{count} {one if count == 1 else more}"
 
 
-def _timed_run(scenario: Scenario, scene: Scene) -> Track:
+def _timed_run(scenario: Scenario, scene: Scene) -> resimulating.Track:
     begin = time.perf_counter()
     with _bar((int(scenario.stamp_ns.max()) - scenario.epoch_ns) / timing.NANOSECONDS) as progress:
         track = resimulating.run(scenario, scene, progress)
@@ -256,13 +286,17 @@ def _bar(total: float) -> Iterator[Progress]:
         yield lambda now: bar.update(min(now, total) - bar.n)
 
 
-def _compare(scenario: Scenario, track: Track, options: argparse.Namespace, picture: Path | None) -> int:
+def _compare(run: Run, options: argparse.Namespace, picture: Path | None) -> int:
+    name, scenario, _, track = run
     tolerance = Tolerance(*options.tolerance) if options.tolerance else USUAL_TOLERANCE
     assert scenario.recorded is not None  # looked at before
     comparison = Comparison(scenario.stamp_ns, scenario.recorded, track.poses)
+    if name:
+        print(f"{name}:")
     if picture is not None:
-        resim_plot.draw(comparison, tolerance, f"{options.bag.name} simulated again", picture)
-        print(f"Picture: {picture}")
+        path = picture.with_name(f"{picture.stem}.{name}{picture.suffix}") if name else picture
+        resim_plot.draw(comparison, tolerance, " ".join([options.bag.name, name, "simulated again"]), path)
+        print(f"Picture: {path}")
     _tell_errors(comparison)
     status = _verdict(comparison, tolerance)
     if status == DIFFERS and track.doubt:
@@ -312,7 +346,11 @@ def _vary(options: argparse.Namespace) -> int:
         raise ValueError("--workers is for processes of this machine; leave it or --dask out")
     variations = [sweep.variation(text) for text in options.vary]
     sweep.check(variations)
-    _, scene, scenario = _prepared(options)
+    prepared = _prepared(options)
+    if len(prepared) != 1:
+        names = ", ".join(one.name for one in prepared)
+        raise ValueError(f"--vary is for one body, and the bag has {names}; choose one with --body")
+    ((_, _, scene, scenario),) = prepared
     path = options.csv or Path(f"{_stem(options.bag)}.csv")
     table = sweep.Table(path, scenario, scene, variations)
     runs = sweep.processes(options.workers or os.cpu_count() or 1) if options.dask is None else sweep.dask(options.dask)

@@ -1,10 +1,12 @@
 """The bag that rigid_body_resim writes: pose and twist at the recorded stamps, under its name only when it is whole."""
 
+import heapq
 import os
 import shutil
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 from ..bags import codec
 from ..bags.reading import POSE, TWIST
@@ -27,21 +29,34 @@ def check(path: Path) -> None:
         raise BagError(f"--out {path}: there is no folder {path.absolute().parent}")
 
 
-def write(path: Path, scenario: Scenario, scene: Scene, track: Track) -> None:
+class Run(NamedTuple):
+    """One body simulated again; ``name`` is empty where it is the only one."""
+
+    name: str
+    scenario: Scenario
+    scene: Scene
+    track: Track
+
+
+def write(path: Path, runs: Sequence[Run]) -> None:
     """Write the bag. Raises BagError and OSError, and leaves nothing, when that is not possible."""
     path = path.absolute()
     beside = Path(tempfile.mkdtemp(prefix=f".{path.name}.", dir=path.parent))
     try:
-        topics = [Topic(name, kind) for name, kind in zip(scenario.out_topics, (POSE, TWIST), strict=True)]
+        kinds = POSE, TWIST
+        topics = [Topic(*one) for run in runs for one in zip(run.scenario.out_topics, kinds, strict=True)]
         with BagWriter(beside / path.name, topics) as bag:
-            bag.write(_messages(scenario, scene, track))
+            messages = (_messages(run, 2 * place) for place, run in enumerate(runs))
+            bag.write(heapq.merge(*messages, key=lambda message: message[1]))
         check(path)
         (beside / path.name).rename(path)
     finally:
         shutil.rmtree(beside, ignore_errors=True)
 
 
-def _messages(scenario: Scenario, scene: Scene, track: Track) -> Iterator[Message]:
+def _messages(run: Run, place: int) -> Iterator[Message]:
+    """Pose and twist of one body, the topics at ``place`` and the next one."""
+    _, scenario, scene, track = run
     frame, columns = scene["body.frame_id"], _TWIST_BODY
     if scene["twist_frame"] == "world":
         frame, columns = scene["world_frame_id"], _TWIST_WORLD
@@ -52,5 +67,5 @@ def _messages(scenario: Scenario, scene: Scene, track: Track) -> Iterator[Messag
         twists = codec.encode(stamps, frame, motion[:, columns])
         received = scenario.receive_ns[part].tolist(), scenario.twist_receive_ns[part].tolist()
         for pose_ns, twist_ns, pose, twist in zip(*received, poses, twists, strict=True):
-            yield 0, pose_ns, pose
-            yield 1, twist_ns, twist
+            yield place, pose_ns, pose
+            yield place + 1, twist_ns, twist

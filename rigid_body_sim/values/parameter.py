@@ -36,6 +36,7 @@ class Parameter:
     dynamic: bool = False
     required: bool = False  # of a group: it must be given, and the default is an example for messages
     file: bool = False  # a text is the path of a file that is read
+    lone: bool = False  # a text in place of names is one name
 
     def read(self, name: str, value: Any) -> Any:
         """``value`` as this parameter's type. Raises ValueError: what was given, which rule it breaks."""
@@ -64,6 +65,8 @@ class Parameter:
 
     def _convert(self, value: Any) -> Any:
         if self.type == NAMES:
+            if self.lone and isinstance(value, str):
+                return (value,)
             if not is_array(value):
                 raise ValueError(
                     f"is not an array; give names such as {list(self.choices[:2] or self.default or ('pose', 'twist'))}"

@@ -5,14 +5,15 @@ from pathlib import Path
 
 import pytest
 
-from rigid_body_sim import Simulation, load_scene
+from rigid_body_sim import Scene, Simulation, load_scene
 from rigid_body_sim.report import cost, left_out_section
 from rigid_body_sim.report.section import Paragraph, Settings, Table
+from rigid_body_sim.scene.fleet import load_any
 from rigid_body_sim.scene.installed import installed_scene, installed_scenes
 
 pytest.importorskip("matplotlib")
 
-SCENES = [path.stem for path in installed_scenes()]
+SCENES = [path.stem for path in installed_scenes() if isinstance(load_any(path), Scene)]
 
 
 @pytest.fixture(scope="module")

@@ -90,7 +90,7 @@ READ = {  # a file, and values that both readers find in it
     "anchor that nothing refers to": (below("body.mass: &m 2.0"), {"body.mass": 2.0}),
     "empty array": (below("outputs: []", "body.dimensions: []"), {"outputs": (), "body.dimensions": ()}),
     "names": (below("outputs: [odom, imu]"), {"outputs": ("odom", "imu")}),
-    "empty group": (below("body: {}", "frames: {arm: {}}"), {"body.mass": 1.0}),
+    "empty group": (below("body: {}"), {"body.mass": 1.0}),
     "no parameters": ("/**:\n  ros__parameters:\n", {"body.mass": 1.0}),
     "empty parameters": ("/**:\n  ros__parameters: {}\n", {"body.mass": 1.0}),
     "ROS's own beside": (
@@ -104,6 +104,7 @@ READ = {  # a file, and values that both readers find in it
 }
 
 REFUSED = {  # a file, and what both readers say of it
+    "member without parameters": (below("frames: {arm: {}}"), "parameter frames.arm has nothing in it; give its"),
     "group twice": (
         below("body: {mass: 2.0}", "rate: 9.0", "body: {inertia: [1, 1, 1, 0, 0, 0]}"),
         "key 'body' is given twice, in lines 3 and 5; give it once",

@@ -484,6 +484,9 @@ class Hooks:
     def get_parameter(self, name):  # use_sim_time
         return Parameter(name, value=False)
 
+    def has_parameter(self, name):
+        return True
+
     def add_pre_set_parameters_callback(self, callback):
         self.complete = callback
 

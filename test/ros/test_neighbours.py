@@ -69,6 +69,14 @@ def test_who_keeps_commands_from_arriving_or_mixes_outputs_is_told_once(connect,
     assert len(publishers) == 6 and deaf.topic_name == f"{namespace}/twist"
 
 
+def plant(loop, inputs=(), outputs=(), refused=lambda: 0):
+    """What a node simulates, as far as its neighbours matter to it."""
+    own = SimpleNamespace(leading=inputs, refused=SimpleNamespace(total=refused))
+    part = SimpleNamespace(scene=Scene(), inputs=own)
+    channels = SimpleNamespace(channels=outputs)
+    return SimpleNamespace(loop=loop, inputs=inputs, outputs=channels, parts=(part,))
+
+
 @pytest.mark.parametrize(("frame", "expected"), [("base_link", 1), ("other_link", 0), (None, 0)])
 def test_two_bodies_of_one_frame_on_tf_are_told(node_of_others, frame, expected):
     """With another type on /tf: tf2_msgs is not on PyPI, and who publishes there counts, not what."""
@@ -83,7 +91,7 @@ def test_two_bodies_of_one_frame_on_tf_are_told(node_of_others, frame, expected)
     publisher = other.create_publisher(TransformStamped, f"/tf_{frame}/tf", 1)
     end = SimpleNamespace(topic_name=publisher.topic_name, msg_type=TransformStamped, get_subscription_count=lambda: 0)
     loop = SimpleNamespace(mode="running", simulation=SimpleNamespace(steps=0))
-    neighbours = Neighbours(own, Scene(), loop, [], [SimpleNamespace(end=end, output=SimpleNamespace(topic="/tf"))])
+    neighbours = Neighbours(own, plant(loop, outputs=[SimpleNamespace(end=end, output=SimpleNamespace(topic="/tf"))]))
     warned, asked = [], neighbours._told
     neighbours._warn = warned.append
     executor = SingleThreadedExecutor(context=own.context)
@@ -117,7 +125,7 @@ def test_what_lockstep_waits_for_is_told_however_late_the_others_come(node_of_ot
     lead = SimpleNamespace(topic_name=topic, msg_type=WrenchStamped, get_publisher_count=lambda: connected)
     wrench = SimpleNamespace(end=lead)
     outputs = [SimpleNamespace(end=pose, output=SimpleNamespace(topic="pose"))]
-    neighbours = Neighbours(own, Scene({"lockstep": True}), loop, [wrench], outputs, lambda: refused)
+    neighbours = Neighbours(own, plant(loop, [wrench], outputs, lambda: refused))
     warned = []
     neighbours._warn = warned.append
 
@@ -164,7 +172,7 @@ def test_publisher_is_told_of_once_its_node_is_known(node_of_others):
     own, kind = node_of_others("own", "/late"), "geometry_msgs/msg/PoseStamped"
     end = SimpleNamespace(topic_name="/late/pose", msg_type=PoseStamped, get_subscription_count=lambda: 0)
     loop = SimpleNamespace(mode="running", simulation=SimpleNamespace(steps=0))
-    neighbours = Neighbours(own, Scene(), loop, [], [SimpleNamespace(end=end, output=SimpleNamespace(topic="pose"))])
+    neighbours = Neighbours(own, plant(loop, outputs=[SimpleNamespace(end=end, output=SimpleNamespace(topic="pose"))]))
     warned = []
     neighbours._warn = warned.append
     heard = SimpleNamespace(node_namespace="_NODE_NAMESPACE_UNKNOWN_", node_name="_NODE_NAME_UNKNOWN_", topic_type=kind)

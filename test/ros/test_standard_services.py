@@ -12,7 +12,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from rigid_body_sim import Simulation
+from rigid_body_sim import Fleet, FleetScene, Simulation
 from rigid_body_sim.scene.loader import Scene
 from rigid_body_sim.values import rotation
 
@@ -505,6 +505,41 @@ def test_state_that_cannot_be_set(node, spoil, code, said):
     assert node.entity() == before
 
 
+def part(name, scene, simulation, changed=lambda: None):
+    """One body, as its entity sees it."""
+    seen = SimpleNamespace(failure="", stamp_ns=simulation.time_ns, on_changed_state=changed)
+    return SimpleNamespace(name=name, scene=scene, simulation=simulation, seen=seen)
+
+
+def test_each_of_several_bodies_is_an_entity_of_its_name(folder):
+    services = pytest.importorskip("rigid_body_sim.ros.standard_services")
+    from geometry_msgs.msg import Vector3
+    from simulation_interfaces import msg, srv
+
+    offered, shown = {}, []
+    node = SimpleNamespace(create_service=lambda _, name, answer: offered.update({name: answer}))
+    scene = FleetScene({"bodies": ["red", "blue"], "blue.initial.position": [3.0, 0.0, 0.0]})
+    fleet = Fleet.from_scene(scene)
+    parts = [part(name, scene.scenes[name], fleet[name], lambda n=name: shown.append(n)) for name in fleet]
+    services.EntityServices(node, SimpleNamespace(parts=parts))
+
+    def asked(service, kind, **fields):
+        return offered[f"~/{service}"](kind.Request(**fields), kind.Response())
+
+    def named(**filters):
+        return list(asked("get_entities", srv.GetEntities, filters=msg.EntityFilters(**filters)).entities)
+
+    near = msg.Bounds(type=msg.Bounds.TYPE_SPHERE, points=[Vector3(x=3.0), Vector3(x=1.0)])
+    assert (named(), named(filter="^b"), named(bounds=near)) == (["red", "blue"], ["blue"], ["blue"])
+    state = asked("get_entity_state", srv.GetEntityState, entity="blue").state
+    assert (state.pose.position.x, state.header.frame_id) == (3.0, "world")
+    state.pose.position.y = 2.0
+    assert asked("set_entity_state", srv.SetEntityState, entity="blue", state=state).result.result == OK
+    assert shown == ["blue"] and fleet["blue"].pose[:3] == (3.0, 2.0, 0.0) and fleet["red"].pose[:3] == (0.0, 0.0, 0.0)
+    refused = asked("get_entity_state", srv.GetEntityState, entity="base_link").result
+    assert (refused.result, refused.error_message) == (NOT_FOUND, "no entity 'base_link': they are red, blue")
+
+
 @pytest.mark.parametrize(("set_pose", "set_twist"), [(True, False), (False, True), (True, True)])
 def test_flags_of_later_versions_are_obeyed(folder, set_pose, set_twist):
     """Version 2 says in the request what is meant. Without DDS: there are no such types here."""
@@ -514,8 +549,7 @@ def test_flags_of_later_versions_are_obeyed(folder, set_pose, set_twist):
     offered = {}
     node = SimpleNamespace(create_service=lambda _, name, answer: offered.update({name: answer}))
     simulation, before = core(), core().state
-    loop = SimpleNamespace(simulation=simulation, failure="", on_changed_state=lambda: None)
-    services.EntityServices(node, Scene(SCENE), loop)
+    services.EntityServices(node, SimpleNamespace(parts=[part("", Scene(SCENE), simulation)]))
     state = _entity_state(SimpleNamespace(msg=msg))
     request = SimpleNamespace(entity="base_link", state=state, set_pose=set_pose, set_twist=set_twist)
     assert offered["~/set_entity_state"](request, srv.SetEntityState.Response()).result.result == OK

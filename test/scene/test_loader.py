@@ -8,6 +8,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 from rigid_body_sim import Body, Drag, Scene, Simulation, Tether, load_scene
 from rigid_body_sim.kernels import wrench as wrench_kernels
+from rigid_body_sim.scene.fleet import by_name, load_any
 from rigid_body_sim.terms import Terms
 from rigid_body_sim.values import rotation
 
@@ -34,9 +35,10 @@ def with_parameters(*lines):
 
 @pytest.mark.parametrize("path", CONFIG, ids=lambda path: path.stem)
 def test_scene_of_the_package_can_be_simulated(path):
-    sim = Simulation.from_scene(load_scene(path))
-    sim.step(3)
-    assert np.isfinite(sim.state.values).all()
+    for scene in by_name(load_any(path)).values():
+        sim = Simulation.from_scene(scene)
+        sim.step(3)
+        assert np.isfinite(sim.state.values).all()
 
 
 def test_package_has_scenes():

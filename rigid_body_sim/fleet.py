@@ -1,0 +1,193 @@
+"""Several bodies in time, each a Simulation with a name, advanced together. No ROS."""
+
+from collections.abc import Callable, Iterator, Mapping
+from operator import index
+from typing import NamedTuple
+
+from .fleet_steps import FleetSteps
+from .rate import Rate
+from .scene.fleet import FleetScene
+from .scene.loader import Scene
+from .simulation import MOST_AT_ONCE, Simulation, SimulationError
+from .snapshot import Snapshot
+
+Make = Callable[[Scene], Simulation]
+
+
+class FleetSnapshot(NamedTuple):
+    """Everything that decides the future of a Fleet: see Fleet.save. It can be pickled."""
+
+    steps: int
+    bodies: dict[str, Snapshot]
+    waiting: frozenset[str]
+    stopped: dict[str, str]
+
+
+class Fleet(Mapping[str, Simulation]):
+    """Several bodies that share a count of steps; ``fleet["red"]`` is the Simulation of one, to be commanded.
+
+    What becomes of a body does not depend on the others: its numbers are the same bits as those of a Simulation of it
+    alone. A body whose step cannot be done stays where it was, with the reason in ``stopped``, and the others go on.
+    Bodies in ``waiting`` stay, too, while their time passes, until ``set_going``. ``on_stop(name)`` is called when a
+    body stops.
+
+    Parameters
+    ----------
+    simulations : mapping of str to Simulation
+        At least one, all at the same rate and at step 0. Only the fleet advances them from here on.
+    starts_on_command : collection of str
+        Names of the bodies that wait from the start, and after each ``reset``.
+
+    Raises
+    ------
+    ValueError
+        No simulation, rates that differ, or one that has been advanced already.
+    """
+
+    def __init__(self, simulations: Mapping[str, Simulation], starts_on_command: tuple[str, ...] = ()):
+        self._simulations = dict(simulations)
+        rates = {one.rate for one in self._simulations.values()}
+        if len(rates) != 1:
+            raise ValueError(f"the bodies of a fleet have one rate for all, not {sorted(rates)}")
+        for name, one in self._simulations.items():
+            if one.steps:
+                raise ValueError(f"body {name}: has done {one.steps} steps; give simulations at step 0")
+        self._rate = Rate(rates.pop())
+        self._together = FleetSteps(tuple(self._simulations.values()), self._rate.h)
+        self._starts_on_command = frozenset(starts_on_command)
+        self.waiting = set(starts_on_command)
+        self.steps = 0
+        self.stopped: dict[str, str] = {}
+        self.on_stop: Callable[[str], object] = lambda name: None
+
+    @classmethod
+    def from_scene(cls, scene: FleetScene, make: Make = Simulation.from_scene) -> "Fleet":
+        """The bodies that a scene describes; ``make`` makes the simulation of one. Raises ValueError as it does."""
+        simulations = {name: make(one) for name, one in scene.scenes.items()}
+        return cls(simulations, tuple(name for name, one in scene.scenes.items() if one["start_on_command"]))
+
+    def go_on_meanwhile(self) -> None:
+        """Wait for no kernel to be compiled: until one is, bodies are advanced one by one, to the same bits."""
+        self._together.awaited = False
+
+    def __getitem__(self, name: str) -> Simulation:
+        return self._simulations[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._simulations)
+
+    def __len__(self) -> int:
+        return len(self._simulations)
+
+    @property
+    def rate(self) -> float:
+        """Steps a second of simulated time [Hz]."""
+        return self._rate.value
+
+    @property
+    def time(self) -> float:
+        """Simulated time [s]."""
+        return self.steps / self._rate.value
+
+    @property
+    def time_ns(self) -> int:
+        """Simulated time [ns]; see Simulation.time_ns."""
+        return self._rate.nanoseconds(self.steps)
+
+    def step(self, n: int = 1) -> None:
+        """Advance by n steps all that have not stopped and do not wait. Raises ValueError for n below 0."""
+        n = index(n)
+        if n < 0:
+            raise ValueError(f"step({n}): time does not run backwards; give a number of steps of at least 0")
+        for done in range(0, n, MOST_AT_ONCE):
+            self._step(min(n - done, MOST_AT_ONCE))
+
+    def _step(self, n: int) -> None:
+        idle = self.stopped.keys() | self.waiting
+        self._together.step([i for i, name in enumerate(self._simulations) if name not in idle], n)
+        self.steps += n
+        for name, one in self._simulations.items():
+            if one.steps != self.steps:
+                self._advance(name, one, self.steps - one.steps)
+
+    def _advance(self, name: str, one: Simulation, n: int) -> None:
+        if name in self.stopped:
+            return
+        if name in self.waiting:
+            one.wait(n)
+            return
+        try:
+            one.step(n)
+        except SimulationError as reason:
+            self.stopped[name] = str(reason)
+            self.on_stop(name)
+
+    def wait(self, n: int) -> None:
+        """Let the time of n steps pass without motion. Raises ValueError for n below 0."""
+        for one in self._simulations.values():
+            one.wait(n)
+        self.steps += n
+
+    def set_going(self, name: str) -> None:
+        """A body that waits moves from the next step on."""
+        self.waiting.discard(name)
+
+    def clear_wrench(self) -> None:
+        """No body holds a wrench, from any source."""
+        for one in self._simulations.values():
+            one.clear_wrench()
+
+    def reset(self, name: str | None = None, *, keep_time: bool = False) -> None:
+        """All go to their initial states, hold no wrench and count steps from zero, unless ``keep_time``.
+
+        With a name that body alone does, and time goes on.
+        """
+        for each in self if name is None else (name,):
+            self._catch_up(each)
+            self._reset(self[each], keep_time or name is not None)
+            if each in self._starts_on_command:
+                self.waiting.add(each)
+        if name is None and not keep_time:
+            self.steps = 0
+
+    def _reset(self, one: Simulation, keep_time: bool) -> None:
+        one.reset(keep_time=keep_time)
+
+    def _catch_up(self, name: str) -> None:
+        """One that had stopped goes on, from where it stopped, at the time of all."""
+        if self.stopped.pop(name, None) is not None:
+            self[name].wait(self.steps - self[name].steps)
+
+    def restart_time(self) -> None:
+        """Count steps from zero. The motions go on, and each held wrench for what is left of its time."""
+        for one in self._simulations.values():
+            one.restart_time()
+        self.steps = 0
+
+    def save(self) -> FleetSnapshot:
+        """Everything that decides the future of all bodies, exact to the bit."""
+        bodies = {name: one.save() for name, one in self._simulations.items()}
+        return FleetSnapshot(self.steps, bodies, frozenset(self.waiting), dict(self.stopped))
+
+    def restore(self, snapshot: FleetSnapshot) -> None:
+        """Continue from a snapshot of a fleet made in the same way: the same bits follow.
+
+        Raises ValueError, and changes nothing, for one of other bodies, and as Simulation.restore does.
+        """
+        if snapshot.bodies.keys() != self.keys():
+            raise ValueError(f"the snapshot is of {sorted(snapshot.bodies)}; give one of a fleet of {sorted(self)}")
+        before = self.save()
+        try:
+            self._restore(snapshot)
+        except ValueError:
+            self._restore(before)
+            raise
+
+    def _restore(self, snapshot: FleetSnapshot) -> None:
+        for name, one in self._simulations.items():
+            one.restore(snapshot.bodies[name])
+        self.steps, self.waiting, self.stopped = snapshot.steps, set(snapshot.waiting), dict(snapshot.stopped)
+
+    def __repr__(self) -> str:
+        told = f", {len(self.stopped)} stopped" if self.stopped else ""
+        return f"Fleet({len(self)} bodies at {self.time:g} s, {self.rate:g} Hz{told})"

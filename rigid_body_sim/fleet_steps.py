@@ -1,0 +1,122 @@
+"""Steps of a fleet: one call of a kernel for all bodies of one plan, as long as nothing happens to any of them."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import groups
+from .integrators import Integrator, many, taylor
+from .integrators.script import NOTHING
+from .kernels import compiled
+from .kernels.arrays import Floats, Integers, zeros_on_a_line
+from .kernels.model import LEVER_SIZE
+from .kernels.motion import Acting
+from .kernels.state import SIZE, THIN
+from .simulation import Simulation
+from .terms import Terms
+
+LOOK_EVERY = 1000  # steps between two looks for a kernel that is compiled elsewhere
+ENOUGH = 3  # bodies, from which on one call takes less time than one for each
+_ROOM = 4 * LEVER_SIZE  # in a row beside the model: so many forces at points make no model too long
+_KINDS = 32  # more than there are numbers of kinds: see groups
+
+
+class _Plan(NamedTuple):
+    """What bodies have in common that are advanced in one way, whatever they hold."""
+
+    integrator: Integrator
+    acting: Acting
+
+
+class FleetSteps:
+    """Advances simulations, which live in rows of its arrays from here on; all are at step 0.
+
+    Each has the bits that its own ``step`` would give. ``step(which, n)`` advances those of ``which`` that hold what
+    they hold for n steps; the others, and those that stopped on the way, are for their own ``step``. So are those whose
+    kernel is not compiled yet, where that is not ``awaited``.
+    """
+
+    awaited = True
+
+    def __init__(self, simulations: Sequence[Simulation], h: float):
+        self._simulations, self._h = simulations, h
+        n, width = len(simulations), max(one.model_size for one in simulations) + _ROOM
+        self._width = -(-width // 8) * 8
+        self._models = zeros_on_a_line(n * self._width).reshape(n, self._width)
+        self._states, self._origins = zeros_on_a_line(n * SIZE).reshape(n, SIZE), np.zeros((n, SIZE))
+        for one, *rows in zip(simulations, self._states, self._origins, self._models, strict=True):
+            one.move(*rows)
+        self._seen: list[tuple[Integrator, Terms] | None] = [None] * n
+        self._plans: list[_Plan] = []
+        self._plan: Integers = np.zeros(n, np.int64)  # of each body
+        self._in_lanes: NDArray[np.bool_] = np.zeros(n, bool)  # whether eight of its plan are advanced at once
+        self._kinds: Integers = np.zeros(n, np.int64)
+        self._kernels: dict[int, many.Many] = {}
+        self._looks = 0
+        self._work: dict[str, Floats] = {}
+        self._block = zeros_on_a_line(many.BLOCK_SIZE)
+        self._reduce = compiled.ready(groups.REDUCING.function, *groups.REDUCING.examples)
+
+    def step(self, which: Sequence[int], n: int) -> None:
+        """Advance these bodies by n steps, or by as many as can be; each counts its own."""
+        ones = self._simulations
+        free = [i for i in which if ((e := ones[i].expiry) is None or e > ones[i].steps + n) and ones[i].is_at_home]
+        if len(free) < ENOUGH:
+            return
+        for i in free:
+            if self._seen[i] != (ones[i].integrator, ones[i].terms):
+                self._look_at(i)
+        bodies = np.array(free)
+        self._reduce(self._models.reshape(-1), self._width, bodies, self._kinds)
+        code = self._plan[bodies] * _KINDS + np.where(self._in_lanes[bodies], 1 + self._kinds[bodies] // 2, 0)
+        for one in np.unique(code).tolist() if (code != code[0]).any() else code[:1].tolist():
+            members = bodies[code == one]
+            if len(members) >= ENOUGH and (kernel := self._kernel(one)):
+                self._advance(kernel, self._plans[one // _KINDS].integrator, members, n)
+
+    def _look_at(self, i: int) -> None:
+        """Find the plan of a body."""
+        one = self._simulations[i]
+        plan, body = _Plan(one.integrator, one.terms.kernels), one.body.principal_moments
+        if plan not in self._plans:
+            self._plans.append(plan)
+        self._seen[i], self._plan[i] = (one.integrator, one.terms), self._plans.index(plan)
+        able = one.integrator is taylor.INTEGRATOR and compiled.ENABLED and not one.terms.actuated
+        self._in_lanes[i] = able and body.max() <= THIN * body.min()
+
+    def _advance(self, kernel: many.Many, integrator: Integrator, which: Integers, n: int) -> None:
+        members = [self._simulations[i] for i in which.tolist()]
+        counts: Integers = np.full(len(members), n)
+        if integrator.one_evaluation:
+            since = np.array([one.steps - (one.origin_steps or 0) for one in members])
+            counts, self._states[which] = counts + since, self._origins[which]
+        work = self._work_of(integrator)
+        states, models = self._states.reshape(-1), self._models.reshape(-1)
+        kernel(states, models, self._width, which, counts, work, self._block, self._h, NOTHING)
+        if integrator.one_evaluation:
+            counts -= since
+        for one, done in zip(members, counts.tolist(), strict=True):
+            one.steps += done
+
+    def _kernel(self, code: int) -> many.Many | None:
+        """Of bodies of a plan and a kind; None where it is not there yet."""
+        if code in self._kernels:
+            return self._kernels[code]
+        (integrator, acting), kind = self._plans[code // _KINDS], code % _KINDS
+        carried = (kind - 1) // 4 if kind else None
+        if not (self.awaited or self._is_there(groups.request_of(integrator, acting, carried))):
+            return None
+        self._kernels[code] = groups.ready(integrator, acting, carried)
+        return self._kernels[code]
+
+    def _is_there(self, wanted: compiled.Request) -> bool:
+        """Whether a kernel is in the cache, where a look takes some 50 us; so not at each step."""
+        self._looks += 1
+        return self._looks % LOOK_EVERY == 1 and wanted.is_met
+
+    def _work_of(self, integrator: Integrator) -> Floats:
+        if integrator.name not in self._work:
+            self._work[integrator.name] = zeros_on_a_line(integrator.work_size)
+        return self._work[integrator.name]

@@ -1,0 +1,180 @@
+"""Several bodies advanced together: each with the bits of a Simulation of it alone, and none minds another's end."""
+
+import copy
+import pickle
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from rigid_body_sim import Body, Fleet, FleetScene, Simulation, Wrench, load_fleet, load_scene
+
+CONFIG = Path(__file__).parents[1] / "config"
+PUSH = Wrench(force_body=(1.0, 0.0, 0.0), torque_body=(0.1, -0.2, 0.3))
+MIXED = {
+    "bodies": ["free", "pushed", "dragged", "stiff", "rotor", "spin"],
+    "rate": 500.0,
+    "body.inertia": [0.1, 0.2, 0.25, 0.0, 0.0, 0.0],
+    "initial.angular_velocity": [0.3, -1.0, 0.2],
+    "dragged.drag.quadratic": [0.1, 0.2, 0.3],
+    "stiff.tethers.rope": {
+        "body_point": [0.1, 0.0, 0.0],
+        "anchor": [0.0, 0.0, 1.0],
+        "rest_length": 0.5,
+        "stiffness": 1e5,
+    },
+    "rotor.actuators": {
+        "names": ["one"],
+        "one": {
+            "type": "rotor",
+            "min": 0.0,
+            "max": 900.0,
+            "thrust_coefficient": 1e-5,
+            "torque_coefficient": 1e-7,
+            "time_constant": 0.02,
+        },
+    },
+}
+FAST = {"bodies": ["red", "blue"], "red.initial.linear_velocity": [9e306, 0.0, 0.0]}
+
+
+def state(simulation):
+    return simulation.save()
+
+
+def commanded(target):
+    """The same commands to bodies of MIXED, by name."""
+    target["pushed"].set_wrench(PUSH, 0.011)
+    target["pushed"].set_wrench(Wrench(force_world=(0.0, 1.0, 0.0)), 0.1, "gust")
+    target["dragged"].set_wrench(PUSH)
+    target["rotor"].set_actuators([500.0], 0.05)
+    target["spin"].set_wrench(Wrench(points=[((0.1, 0.0, 0.0), (0.0, 0.0, 1.0))]))
+
+
+def test_each_body_has_the_bits_of_a_simulation_alone():
+    scene = FleetScene(MIXED)
+    fleet, alone = Fleet.from_scene(scene), {name: Simulation.from_scene(one) for name, one in scene.scenes.items()}
+    for n in (1, 7, 0, 30, 1, 200):
+        commanded(fleet)
+        commanded(alone)
+        fleet.step(n)
+        for one in alone.values():
+            one.step(n)
+        assert {name: one.save() for name, one in fleet.items()} == {name: one.save() for name, one in alone.items()}
+    assert fleet.steps == 239
+
+
+def test_many_alike_have_the_bits_of_a_simulation_alone():
+    scene = FleetScene({"bodies.count": 11, "body.inertia": [0.1, 0.2, 0.25, 0.0, 0.0, 0.0]})
+    fleet = Fleet.from_scene(scene)
+    alone = {name: Simulation.from_scene(one) for name, one in scene.scenes.items()}
+    for turn in range(40):
+        for place, name in enumerate(fleet):
+            if place % 3 == turn % 5:
+                wrench = Wrench(torque_body=(0.1 * place, 0.2, -0.1), force_world=(0.0, turn, 0.0))
+                fleet[name].set_wrench(wrench, 0.002 * place + 0.001)
+                alone[name].set_wrench(wrench, 0.002 * place + 0.001)
+        fleet.step(turn % 4)
+        for one in alone.values():
+            one.step(turn % 4)
+    assert {name: one.save() for name, one in fleet.items()} == {name: one.save() for name, one in alone.items()}
+
+
+def test_one_that_cannot_go_on_stops_alone_and_is_reset_alone():
+    fleet = Fleet.from_scene(FleetScene({**FAST, "red.gravity": [1e303, 0.0, 0.0]}))
+    told = []
+    fleet.on_stop = told.append
+    fleet.step(2_000_000)
+    assert list(fleet.stopped) == told == ["red"]
+    assert "step " in fleet.stopped["red"] and fleet["red"].steps < fleet.steps == fleet["blue"].steps == 2_000_000
+    last = fleet["red"].state.values.tolist()
+    fleet.step(5)
+    assert fleet["red"].state.values.tolist() == last and fleet["blue"].steps == 2_000_005
+    fleet.reset("red")
+    assert not fleet.stopped and fleet["red"].steps == fleet.steps == 2_000_005
+    fleet.step(5)
+    assert fleet["red"].steps == 2_000_010
+
+
+def test_bodies_wait_each_for_its_own_command():
+    fleet = Fleet.from_scene(
+        FleetScene({"bodies": ["red", "blue"], "start_on_command": True, "gravity": [0.0, 0.0, -1.0]})
+    )
+    fleet.step(10)
+    fleet.set_going("red")
+    fleet.step(10)
+    assert fleet["red"].state.position[2] < 0.0 == fleet["blue"].state.position[2]
+    assert fleet["red"].steps == fleet["blue"].steps == 20
+    fleet.reset("red")
+    fleet.step(10)
+    assert fleet["red"].state.position[2] == 0.0 and fleet.waiting == {"red", "blue"}
+
+
+def test_reset_of_all_begins_time_anew_or_keeps_it():
+    fleet = Fleet.from_scene(load_fleet(CONFIG / "two_satellites.yaml"))
+    fleet.step(100)
+    fleet.reset(keep_time=True)
+    assert (fleet.steps, fleet["red"].steps, fleet.time_ns) == (100, 100, 100_000_000)
+    fleet.reset()
+    assert (fleet.steps, fleet["blue"].steps) == (0, 0)
+    fleet.step(3)
+    fleet.restart_time()
+    assert (fleet.steps, fleet["blue"].steps) == (0, 0)
+
+
+def test_saved_fleet_goes_on_with_the_same_bits():
+    fleet = Fleet.from_scene(FleetScene({**MIXED, "free.start_on_command": True}))
+    commanded(fleet)
+    fleet.step(20)
+    saved = pickle.loads(pickle.dumps(fleet.save()))
+    fleet.step(50)
+    ahead = fleet.save()
+    fleet.restore(saved)
+    assert fleet.save() == saved and fleet.waiting == {"free"}
+    fleet.step(50)
+    assert fleet.save() == ahead
+
+
+def test_snapshot_of_other_bodies_is_refused_and_nothing_changes():
+    one, two = Fleet.from_scene(FleetScene(MIXED)), Fleet.from_scene(load_fleet(CONFIG / "two_satellites.yaml"))
+    one.step(3)
+    before = one.save()
+    with pytest.raises(ValueError, match=r"the snapshot is of \['blue', 'red'\]; give one of a fleet of"):
+        one.restore(two.save())
+    worse = copy.deepcopy(before)
+    worse.bodies["spin"] = before.bodies["rotor"]
+    with pytest.raises(ValueError, match="other actuators"):
+        one.restore(worse)
+    assert one.save() == before
+
+
+@pytest.mark.no_numba
+def test_what_is_no_fleet_is_refused():
+    def make(rate=100.0, steps=0):
+        simulation = Simulation(Body(1.0, (1.0, 1.0, 1.0)), rate=rate)
+        simulation.step(steps)
+        return simulation
+
+    with pytest.raises(ValueError, match=r"have one rate for all, not \[\]"):
+        Fleet({})
+    with pytest.raises(ValueError, match=r"have one rate for all, not \[100.0, 200.0\]"):
+        Fleet({"a": make(), "b": make(200.0)})
+    with pytest.raises(ValueError, match="body b: has done 3 steps; give simulations at step 0"):
+        Fleet({"a": make(), "b": make(steps=3)})
+    fleet = Fleet({"a": make()})
+    with pytest.raises(ValueError, match=r"step\(-1\): time does not run backwards"):
+        fleet.step(-1)
+    assert repr(fleet) == "Fleet(1 bodies at 0 s, 100 Hz)"
+    with pytest.raises(KeyError):
+        fleet["nobody"]
+    with pytest.raises(KeyError):
+        fleet.reset("nobody")
+
+
+def test_two_satellites_differ_from_one_alone_by_their_start_alone():
+    scene, one = load_fleet(CONFIG / "two_satellites.yaml"), load_scene(CONFIG / "satellite.yaml")
+    assert scene.scenes["red"].terms() == one.terms()
+    fleet, alone = Fleet.from_scene(scene), Simulation.from_scene(one)
+    fleet.step(100)
+    alone.step(100)
+    np.testing.assert_array_equal(fleet["red"].state.values, alone.state.values)
