@@ -7,10 +7,12 @@ It is no method for stiff scenes: a sub-step is at most about 6 / ρ long, with 
 """
 
 import math
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 from ..kernels.arrays import Floats
 from ..kernels.compiled import kernel, table
-from ..kernels.motion import Acting
+from ..kernels.motion import Acting, Passed
 from ..kernels.state import LOW
 from .base import SCRATCH, Integrator
 from .substep import (
@@ -21,9 +23,10 @@ from .substep import (
     accept,
     is_hopeless,
     next_size,
+    passed,
+    searched,
     settle,
     slope,
-    sought,
     usable,
     weighed,
 )
@@ -144,36 +147,114 @@ _B_ROW = STAGES * len(A)
 _ERROR_3_ROW = _B_ROW + STAGES
 _ERROR_5_ROW = _ERROR_3_ROW + STAGES
 
-_K = SCRATCH  # slopes, 12 x 12
-_Z = _K + STAGES * UNKNOWNS  # argument of a stage, then the increments, 12
-_E = _Z + UNKNOWNS  # an error estimate, 12
-_Y = _E + UNKNOWNS  # the 13-number state of a stage
-WORK_SIZE = _Y + LOW
+
+class System(NamedTuple):
+    """What moves as one: how many unknowns it has, where they lie in ``work``, and the kernels that know of them.
+
+    They take what acts, states and models, each in the form that the system has it in; the rest is as in substep.
+    ``passed`` and ``passes_kink`` are its events and kinks, ``show``, ``pass_time`` and ``settle_drive`` its actuators.
+    """
+
+    unknowns: int
+    k: int  # slopes, 12 stages of the unknowns
+    z: int  # argument of a stage, then the increments
+    e: int  # an error estimate
+    y: int  # what ``slope`` needs of its own
+    settle: Callable[..., None]
+    slope: Callable[..., None]
+    usable: Callable[..., bool]
+    weighed: Callable[..., float]
+    passes_kink: Callable[..., bool]
+    passed: Callable[..., Passed]
+    accept: Callable[..., None]
+    show: Callable[..., None]
+    pass_time: Callable[..., None]
+    settle_drive: Callable[..., None]
+
+
+def places(unknowns: int, first: int) -> tuple[int, int, int, int, int]:
+    """The first five fields of a system of so many unknowns, whose scratch space begins at work[first]."""
+    z = first + STAGES * unknowns
+    return unknowns, first, z, z + unknowns, z + 2 * unknowns
+
+
+@kernel
+def _passes_kink(acting: Acting, state: Floats, model: Floats, work: Floats, z: int) -> bool:
+    return acting.passes_kink(model, state, work, z)
+
+
+@kernel
+def _show(acting: Acting, model: Floats, t: float) -> None:
+    acting.drive.show(model, t)
+
+
+@kernel
+def _pass_time(acting: Acting, model: Floats, t: float) -> None:
+    acting.drive.advance(model, t)
+
+
+@kernel
+def _settle_drive(acting: Acting, model: Floats) -> None:
+    acting.drive.settle(model)
+
+
+@kernel
+def _weighed(
+    acting: Acting, state: Floats, model: Floats, work: Floats, z: int, e: int, share: float, rate: float
+) -> float:
+    return weighed(state, model, work, z, e, share, rate)
+
+
+@kernel
+def _accept(acting: Acting, state: Floats, work: Floats, z: int) -> None:
+    accept(state, work, z)
+
+
+ONE_BODY = System(
+    *places(UNKNOWNS, SCRATCH),
+    settle,
+    slope,
+    usable,
+    _weighed,
+    _passes_kink,
+    passed,
+    _accept,
+    _show,
+    _pass_time,
+    _settle_drive,
+)
+WORK_SIZE = ONE_BODY.y + LOW  # the 13-number state of a stage
 
 
 @kernel
 def step(acting: Acting, state: Floats, model: Floats, work: Floats, h: float) -> bool:
     """One step in sub-steps that each keep the estimated error below their share; False when it cannot be done."""
+    return step_of(ONE_BODY, acting, state, model, work, h)
+
+
+@kernel
+def step_of(system: System, acting: Any, state: Floats, model: Floats, work: Floats, h: float) -> bool:
+    """The same of whatever moves as one."""
     left, trial, growth, event = h, h, FASTEST_GROWTH, NO_SEARCH
-    _first_slope(acting, state, model, work)
+    _first_slope(system, acting, state, model, work)
     for tried in range(MOST_SUBSTEPS):
         if trial >= left * (1.0 - 1e-12) and event.beyond == 0.0:
             trial = left
         error = math.inf
-        if _stages(acting, state, model, work, trial):
-            error = _error(acting, state, model, work, trial, max(trial / h, SMALLEST_SHARE))
+        if _stages(system, acting, state, model, work, trial):
+            error = _error(system, acting, state, model, work, trial, max(trial / h, SMALLEST_SHARE))
         if error <= 1.0 or (error < math.inf and trial <= SHORTEST * h):
-            event = sought(acting, state, model, work, _Z, trial, event)
+            event = searched(system.passed, acting, state, model, work, system.z, trial, event)
             if event.size != trial:
                 trial = event.size
                 continue
-            accept(state, work, _Z)
-            acting.drive.advance(model, trial)
+            system.accept(acting, state, work, system.z)
+            system.pass_time(acting, model, trial)
             left -= trial
             if left <= 0.0:
                 return True
-            acting.drive.settle(model)
-            _first_slope(acting, state, model, work)
+            system.settle_drive(acting, model)
+            _first_slope(system, acting, state, model, work)
             if event.beyond != 0.0:
                 trial, event = left, NO_SEARCH
                 continue
@@ -186,49 +267,53 @@ def step(acting: Acting, state: Floats, model: Floats, work: Floats, h: float) -
 
 
 @kernel
-def _first_slope(acting: Acting, state: Floats, model: Floats, work: Floats) -> None:
-    settle(acting, state, model)
-    for c in range(UNKNOWNS):
-        work[_Z + c] = 0.0
-    slope(acting, state, model, work, _Z, _Y, _K)
+def _first_slope(system: System, acting: Any, state: Floats, model: Floats, work: Floats) -> None:
+    system.settle(acting, state, model)
+    for c in range(system.unknowns):
+        work[system.z + c] = 0.0
+    system.slope(acting, state, model, work, system.z, system.y, system.k)
 
 
 @kernel
-def _stages(acting: Acting, state: Floats, model: Floats, work: Floats, h: float) -> bool:
+def _stages(system: System, acting: Any, state: Floats, model: Floats, work: Floats, h: float) -> bool:
     """All slopes but the first, and the increments of a sub-step h into Z; False when they are beyond use."""
+    z = system.z
     for i in range(1, STAGES):
-        _combine(work, STAGES * (i - 1), i, h, _Z)
-        if not usable(work, _Z):
+        _combine(system, work, STAGES * (i - 1), i, h, z)
+        if not system.usable(work, z):
             return False
-        acting.drive.show(model, h * _TIMES[i])
-        slope(acting, state, model, work, _Z, _Y, _K + UNKNOWNS * i)
-    _combine(work, _B_ROW, STAGES, h, _Z)
-    return usable(work, _Z)
+        system.show(acting, model, h * _TIMES[i])
+        system.slope(acting, state, model, work, z, system.y, system.k + system.unknowns * i)
+    _combine(system, work, _B_ROW, STAGES, h, z)
+    return system.usable(work, z)
 
 
 @kernel
-def _combine(work: Floats, row: int, count: int, h: float, to: int) -> None:
+def _combine(system: System, work: Floats, row: int, count: int, h: float, to: int) -> None:
     """h times the sum of the first ``count`` slopes, weighed with the weights from ``row`` on."""
-    for c in range(UNKNOWNS):
+    for c in range(system.unknowns):
         work[to + c] = 0.0
     for j in range(count):
         weight = h * _WEIGHTS[row + j]
         if weight != 0.0:
-            for c in range(UNKNOWNS):
-                work[to + c] += weight * work[_K + UNKNOWNS * j + c]
+            for c in range(system.unknowns):
+                work[to + c] += weight * work[system.k + system.unknowns * j + c]
 
 
 @kernel
-def _error(acting: Acting, state: Floats, model: Floats, work: Floats, trial: float, share: float) -> float:
+def _error(
+    system: System, acting: Any, state: Floats, model: Floats, work: Floats, trial: float, share: float
+) -> float:
     """Estimated error as a multiple of the sub-step's share: ε₅² / √(ε₅² + 0.01 ε₃²), from two estimates.
 
     Written with their quotient: the square of a tiny estimate is zero.
     """
-    _combine(work, _ERROR_5_ROW, STAGES, trial, _E)
-    fifth = weighed(state, model, work, _Z, _E, share, 1.0 / trial)
-    _combine(work, _ERROR_3_ROW, STAGES, trial, _E)
-    third = weighed(state, model, work, _Z, _E, share, 1.0 / trial)
-    if fifth == 0.0 or acting.passes_kink(model, state, work, _Z):
+    z, e = system.z, system.e
+    _combine(system, work, _ERROR_5_ROW, STAGES, trial, e)
+    fifth = system.weighed(acting, state, model, work, z, e, share, 1.0 / trial)
+    _combine(system, work, _ERROR_3_ROW, STAGES, trial, e)
+    third = system.weighed(acting, state, model, work, z, e, share, 1.0 / trial)
+    if fifth == 0.0 or system.passes_kink(acting, state, model, work, z):
         return fifth  # at a kink the order is none of a smooth motion's, and the formula makes little of the error
     return fifth / math.sqrt(1.0 + 0.01 * (third / fifth) * (third / fifth))
 

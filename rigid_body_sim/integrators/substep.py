@@ -5,14 +5,15 @@ The attitude is counted from the beginning of the sub-step by a rotation vector 
 """
 
 import math
-from typing import NamedTuple
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 from ..kernels.arrays import Floats
 from ..kernels.compiled import kernel
 from ..kernels.model import MASS, MOMENTS, RTOL
-from ..kernels.motion import Acting, body_attitude, loads_as_settled, motion, rates_of, rates_world
+from ..kernels.motion import Acting, Passed, body_attitude, loads_as_settled, motion, rates_of, rates_world
 from ..kernels.state import L, P, Q, X, add_compensated, add_to_attitude
-from ..kernels.tuples import Motion, Quat, Vec, plus, vec
+from ..kernels.tuples import Load, Motion, Quat, Vec, plus, vec
 from ..kernels.vectors import cross, exponential_minus_one, qmultiply
 
 UNKNOWNS = 12
@@ -51,11 +52,12 @@ NO_SEARCH = Search(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 @kernel
 def settle(acting: Acting, state: Floats, model: Floats) -> None:
     """Say which loads with events act in the sub-step that begins here."""
-    acting.settle(model, _motion_at(state, model))
+    acting.settle(model, motion_at(state, model))
 
 
 @kernel
-def _motion_at(state: Floats, model: Floats) -> Motion:
+def motion_at(state: Floats, model: Floats) -> Motion:
+    """How the body moves at the beginning of the sub-step."""
     return motion(model, state, 0, Quat(state[Q], state[Q + 1], state[Q + 2], state[Q + 3]))
 
 
@@ -65,17 +67,40 @@ def sought(acting: Acting, state: Floats, model: Floats, work: Floats, z: int, s
 
     Past an event, it is done again to end there: to have passed it by what round-off cannot hide, and by little more.
     """
-    end = _moved(state, model, work, z)  # under what actuators show of the last stage, which is at the end
-    acting.drive.show(model, 0.0)
-    begin = _motion_at(state, model)
-    by, peak = acting.passed(model, begin, end, size)
+    return searched(passed, acting, state, model, work, z, size, found)
+
+
+@kernel
+def searched(
+    passed: Callable[..., Passed],
+    acting: Any,
+    state: Floats,
+    model: Floats,
+    work: Floats,
+    z: int,
+    size: float,
+    found: Search,
+) -> Search:
+    """The same for whatever ``passed`` is of: see below."""
+    by, peak = passed(acting, state, model, work, z, size)
     if found.beyond == 0.0:
         if by <= 0.0:
             return Search(peak * size, 0.0, 0.0, 0.0, 0.0, 0.0)
         if by < JUST_PAST:
             return _ends_at(size)
-        found = Search(size, 0.0, acting.passed(model, begin, begin, 0.0).by - JUST_PAST, 0.0, 0.0, 0.0)
+        found = Search(size, 0.0, passed(acting, state, model, work, z, 0.0).by - JUST_PAST, 0.0, 0.0, 0.0)
     return _narrowed(found, size, by - JUST_PAST)
+
+
+@kernel
+def passed(acting: Acting, state: Floats, model: Floats, work: Floats, z: int, size: float) -> Passed:
+    """By how much a sub-step of that size with the increments work[z:] went past an event; 0 for that at its start."""
+    if size == 0.0:
+        begin = motion_at(state, model)
+        return acting.passed(model, begin, begin, 0.0)
+    end = moved(state, model, work, z)  # under what actuators show of the last stage, which is at the end
+    acting.drive.show(model, 0.0)
+    return acting.passed(model, motion_at(state, model), end, size)
 
 
 @kernel
@@ -103,7 +128,7 @@ def _narrowed(found: Search, size: float, off: float) -> Search:
 
 
 @kernel
-def _moved(state: Floats, model: Floats, work: Floats, z: int) -> Motion:
+def moved(state: Floats, model: Floats, work: Floats, z: int) -> Motion:
     """How the body moves after the increments work[z:z + 12]."""
     dw, dx, dy, dz = exponential_minus_one(work[z + 3], work[z + 4], work[z + 5])
     qw, qx, qy, qz = qmultiply(1.0 + dw, dx, dy, dz, state[Q], state[Q + 1], state[Q + 2], state[Q + 3])
@@ -116,20 +141,29 @@ def _moved(state: Floats, model: Floats, work: Floats, z: int) -> Motion:
 @kernel
 def slope(acting: Acting, state: Floats, model: Floats, work: Floats, z: int, y: int, to: int) -> None:
     """Time derivative of the unknowns at work[z:z + 12] into work[to:to + 12]; their state goes to work[y:y + 13]."""
-    tx, ty, tz = work[z + 3], work[z + 4], work[z + 5]
-    qw, qx, qy, qz = state[Q], state[Q + 1], state[Q + 2], state[Q + 3]
-    dw, dx, dy, dz = exponential_minus_one(tx, ty, tz)
-    qw, qx, qy, qz = qmultiply(1.0 + dw, dx, dy, dz, qw, qx, qy, qz)
+    q = place(state, work, z, y)
+    w = rates_world(model, work, y, q)
+    write_slope(model, work, z, y, to, w, loads_as_settled(acting, model, work, y, q))
+
+
+@kernel
+def place(state: Floats, work: Floats, z: int, y: int) -> Quat:
+    """The state after the increments work[z:z + 12] into work[y:y + 13], but for its attitude, which is returned."""
+    dw, dx, dy, dz = exponential_minus_one(work[z + 3], work[z + 4], work[z + 5])
+    qw, qx, qy, qz = qmultiply(1.0 + dw, dx, dy, dz, state[Q], state[Q + 1], state[Q + 2], state[Q + 3])
     for i in range(3):
         work[y + X + i] = state[X + i] + work[z + i]
         work[y + P + i] = state[P + i] + work[z + 6 + i]
         work[y + L + i] = state[L + i] + work[z + 9 + i]
-    q = Quat(qw, qx, qy, qz)
-    w = rates_world(model, work, y, q)
-    load = loads_as_settled(acting, model, work, y, q)
+    return Quat(qw, qx, qy, qz)
+
+
+@kernel
+def write_slope(model: Floats, work: Floats, z: int, y: int, to: int, w: Vec, load: Load) -> None:
+    """``slope`` from the angular velocity and all that acts; world axes."""
     for i in range(3):
         work[to + i] = work[y + P + i] / model[MASS]
-    work[to + 3], work[to + 4], work[to + 5] = inverse_dexp(tx, ty, tz, w.x, w.y, w.z)
+    work[to + 3], work[to + 4], work[to + 5] = inverse_dexp(work[z + 3], work[z + 4], work[z + 5], w.x, w.y, w.z)
     work[to + 6], work[to + 7], work[to + 8] = load.force
     work[to + 9], work[to + 10], work[to + 11] = load.torque
 
