@@ -15,12 +15,14 @@ from ..values import rotation
 from ..values.body import Body
 from ..values.parameter import Parameter
 from ..values.state import Motions
-from ..values.wrench import ZERO, number, three_finite
+from ..values.wrench import ZERO, three_finite
+from . import spring
 from .base import LoadEffect
 from .rows import Row, add_force_row
 
 # body point 3 (from the centre of mass), anchor 3, then:
-_REST_LENGTH, _STIFFNESS, _DAMPING, _SLACK, SIZE = 6, 7, 8, 9, 10
+_SPRING = 6
+_REST_LENGTH, _STIFFNESS, _DAMPING, _SLACK, SIZE = (_SPRING + i for i in range(spring.SIZE + 1))
 _ANCHOR = 3
 DIED_AWAY = 20.0  # e-foldings in a step after which a vibration is over: e⁻²⁰ is 2e-9
 
@@ -44,26 +46,18 @@ class Tether:
     def __post_init__(self) -> None:
         object.__setattr__(self, "body_point", three_finite(self.body_point, "tether body_point"))
         object.__setattr__(self, "anchor", three_finite(self.anchor, "tether anchor"))
-        for name in ("rest_length", "stiffness", "damping"):
-            value = number(getattr(self, name), f"tether {name}")
-            if not 0.0 <= value < math.inf:
-                raise ValueError(f"tether {name} {value:g} is not a finite number of at least 0")
-            object.__setattr__(self, name, value)
+        spring.check(self, "tether")
 
 
 def _row(tether: Tether, body: Body) -> Floats:
     arm = np.subtract(tether.body_point, body.center_of_mass)
-    numbers = (tether.rest_length, tether.stiffness, tether.damping, tether.slack)
-    return np.array((*arm, *tether.anchor, *numbers), float)
+    return np.array((*arm, *tether.anchor, *spring.numbers(tether)), float)
 
 
 def _energy(tether: Tether, body: Body, state: Motions) -> Any:
     """½ k s² [J] of the stretch s, which is zero while it is slack."""
     point = state.position + rotation.rotate_each(state.orientation, np.asarray(tether.body_point, float))
-    away = point.astype(np.longdouble) - tether.anchor
-    stretch = np.sqrt((away * away).sum(-1)) - tether.rest_length
-    stretch = np.maximum(stretch, 0.0) if tether.slack else stretch
-    return tether.stiffness * stretch * stretch / 2
+    return spring.energy(tether, point.astype(np.longdouble) - tether.anchor)
 
 
 class Pull(NamedTuple):
@@ -98,11 +92,7 @@ def _pull(model: Floats, at: int, body: Motion, arm: Vec) -> Pull:
         return Pull(NOTHING, 0.0, 0.0)
     n = Vec(x / length, y / length, z / length)
     rate = dot(n, plus(body.v, crossed(body.w, arm)))
-    stretch = length - model[at + _REST_LENGTH]
-    tension = model[at + _STIFFNESS] * stretch + model[at + _DAMPING] * rate
-    if model[at + _SLACK] != 0.0 and (stretch <= 0.0 or tension <= 0.0):
-        tension = 0.0
-    return Pull(n, length, tension)
+    return Pull(n, length, spring.tension(model, at + _SPRING, length, rate))
 
 
 @kernel
@@ -203,38 +193,7 @@ EFFECT = LoadEffect(
             required=True,
             dynamic=True,
         ),
-        Parameter(
-            "tethers.<name>.rest_length",
-            float,
-            1.0,
-            "Its length when nothing pulls.",
-            "m",
-            least=0.0,
-            required=True,
-            dynamic=True,
-        ),
-        Parameter(
-            "tethers.<name>.stiffness",
-            float,
-            1000.0,
-            "Tension by what the length exceeds rest_length; of a cable EA / length.",
-            "N/m",
-            above=0.0,
-            required=True,
-            dynamic=True,
-        ),
-        Parameter(
-            "tethers.<name>.damping",
-            float,
-            0.0,
-            "Tension by the rate of lengthening.",
-            "N s/m",
-            least=0.0,
-            dynamic=True,
-        ),
-        Parameter(
-            "tethers.<name>.slack", bool, True, "A rope: it pulls and never pushes; false = a spring.", dynamic=True
-        ),
+        *spring.parameters("tethers", dynamic=True),
     ),
     energy=_energy,
     size=SIZE,
