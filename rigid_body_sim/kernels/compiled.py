@@ -149,10 +149,10 @@ def ready_steps(request: Request) -> Steps:
     Compiled, such a step shows as inf or NaN, by IEEE rules. Plain Python raises instead, in the middle of the step.
     """
     run: Steps = ready(request.function, *request.examples)
-    return run if ENABLED else lambda *arguments: _refuse_what_raises(run, *arguments)
+    return run if ENABLED else lambda *arguments: refuse_what_raises(run, *arguments)
 
 
-def _refuse_what_raises(run: Steps, state: Floats, model: Floats, work: Floats, h: float, n: int) -> int:
+def refuse_what_raises(run: Steps, state: Floats, model: Floats, work: Floats, h: float, n: int) -> int:
     """Up to n steps, and how many were done; where arithmetic raises, state and model are those before the step."""
     before, model_before = state.copy(), model.copy()
     try:
@@ -161,5 +161,5 @@ def _refuse_what_raises(run: Steps, state: Floats, model: Floats, work: Floats, 
         state[:], model[:] = before, model_before
     if n == 1:
         return 0
-    first = _refuse_what_raises(run, state, model, work, h, n // 2)
-    return first + (_refuse_what_raises(run, state, model, work, h, n - first) if first == n // 2 else 0)
+    first = refuse_what_raises(run, state, model, work, h, n // 2)
+    return first + (refuse_what_raises(run, state, model, work, h, n - first) if first == n // 2 else 0)
