@@ -18,9 +18,10 @@ from typing import Any
 
 import numpy as np
 
-from . import groups, integrators
+from . import fleet_links, groups, integrators
 from .effects import REGISTRY
 from .effects.base import DriveEffect, KernelEffect, MediumEffect
+from .integrators import linked
 from .kernels import compiled
 from .kernels import state as flat
 from .kernels.acceleration import acceleration_reader
@@ -65,6 +66,8 @@ def of_parameters(given: Mapping[str, Any]) -> tuple[list[Request], list[Request
     now, later = list[Request](), list[Request]()
     try:
         several = fleet.is_several(own)
+        if several:
+            now += _linked(own)
         for one in _kinds(fleet.by_body(own)) if several else [own]:
             terms, name, outputs = _described(one)
             now += [*of_scene(terms, name, outputs), *([groups.REDUCING] if several else [])]
@@ -73,6 +76,13 @@ def of_parameters(given: Mapping[str, Any]) -> tuple[list[Request], list[Request
     except (ValueError, KeyError):
         return [], []
     return now, later
+
+
+def _linked(given: Mapping[str, Any]) -> list[Request]:
+    """What advances the bodies that links hold together."""
+    bodies, links = fleet.by_body(given), fleet.links_of(given)
+    sets = fleet_links.sets_of(list(bodies), links) if links else ()
+    return [linked.request(tuple(_described(bodies[name])[0].kernels for name in held.names)) for held in sets]
 
 
 def _kinds(bodies: Mapping[str, Mapping[str, Any]]) -> Iterable[Mapping[str, Any]]:

@@ -1,9 +1,12 @@
 """Several bodies in time, each a Simulation with a name, advanced together. No ROS."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from operator import index
 from typing import NamedTuple
 
+from .effects import link
+from .effects.link import Link
+from .fleet_links import LinkedBodies, sets_of
 from .fleet_steps import FleetSteps
 from .rate import Rate
 from .scene.fleet import FleetScene
@@ -38,13 +41,22 @@ class Fleet(Mapping[str, Simulation]):
     starts_on_command : collection of str
         Names of the bodies that wait from the start, and after each ``reset``.
 
+    links : sequence of Link
+        What holds bodies together. Those are advanced as one, by ``dop853``, and wait, stop and are reset together.
+
     Raises
     ------
     ValueError
-        No simulation, rates that differ, or one that has been advanced already.
+        No simulation, rates that differ, one that has been advanced already, a link between bodies that are none, or
+        one of a body whose integrator is another.
     """
 
-    def __init__(self, simulations: Mapping[str, Simulation], starts_on_command: tuple[str, ...] = ()):
+    def __init__(
+        self,
+        simulations: Mapping[str, Simulation],
+        starts_on_command: Collection[str] = (),
+        links: Sequence[Link] = (),
+    ):
         self._simulations = dict(simulations)
         rates = {one.rate for one in self._simulations.values()}
         if len(rates) != 1:
@@ -54,8 +66,9 @@ class Fleet(Mapping[str, Simulation]):
                 raise ValueError(f"body {name}: has done {one.steps} steps; give simulations at step 0")
         self._rate = Rate(rates.pop())
         self._together = FleetSteps(tuple(self._simulations.values()), self._rate.h)
-        self._starts_on_command = frozenset(starts_on_command)
-        self.waiting = set(starts_on_command)
+        self._linked = self._held_together(links)
+        self._starts_on_command = frozenset(each for name in starts_on_command for each in self._with(name))
+        self.waiting = set(self._starts_on_command)
         self.steps = 0
         self.stopped: dict[str, str] = {}
         self.on_stop: Callable[[str], object] = lambda name: None
@@ -64,7 +77,16 @@ class Fleet(Mapping[str, Simulation]):
     def from_scene(cls, scene: FleetScene, make: Make = Simulation.from_scene) -> "Fleet":
         """The bodies that a scene describes; ``make`` makes the simulation of one. Raises ValueError as it does."""
         simulations = {name: make(one) for name, one in scene.scenes.items()}
-        return cls(simulations, tuple(name for name, one in scene.scenes.items() if one["start_on_command"]))
+        waiting = [name for name, one in scene.scenes.items() if one["start_on_command"]]
+        return cls(simulations, waiting, scene.links)
+
+    def _held_together(self, links: Sequence[Link]) -> dict[str, LinkedBodies]:
+        """By name of each body that a link holds, those with which it is advanced."""
+        bodies = {name: one.body for name, one in self.items()}
+        for one in links:
+            link.row(one, bodies)  # which raises for a body that is none
+        sets = [LinkedBodies(held, self._simulations, self._together) for held in sets_of(list(self), links)]
+        return {name: one for one in sets for name in one.names}
 
     def go_on_meanwhile(self) -> None:
         """Wait for no kernel to be compiled: until one is, bodies are advanced one by one, to the same bits."""
@@ -103,8 +125,8 @@ class Fleet(Mapping[str, Simulation]):
             self._step(min(n - done, MOST_AT_ONCE))
 
     def _step(self, n: int) -> None:
-        idle = self.stopped.keys() | self.waiting
-        self._together.step([i for i, name in enumerate(self._simulations) if name not in idle], n)
+        not_together = self.stopped.keys() | self.waiting | self._linked.keys()
+        self._together.step([i for i, name in enumerate(self._simulations) if name not in not_together], n)
         self.steps += n
         for name, one in self._simulations.items():
             if one.steps != self.steps:
@@ -116,11 +138,18 @@ class Fleet(Mapping[str, Simulation]):
         if name in self.waiting:
             one.wait(n)
             return
+        linked = self._linked.get(name)
         try:
-            one.step(n)
+            (one if linked is None else linked).step(n)
         except SimulationError as reason:
-            self.stopped[name] = str(reason)
-            self.on_stop(name)
+            stopped = (name,) if linked is None else linked.names
+            self.stopped.update(dict.fromkeys(stopped, str(reason)))
+            for each in stopped:
+                self.on_stop(each)
+
+    def _with(self, name: str) -> tuple[str, ...]:
+        """A body, and those to which it is linked."""
+        return self._linked[name].names if name in self._linked else (name,)
 
     def wait(self, n: int) -> None:
         """Let the time of n steps pass without motion. Raises ValueError for n below 0."""
@@ -129,8 +158,8 @@ class Fleet(Mapping[str, Simulation]):
         self.steps += n
 
     def set_going(self, name: str) -> None:
-        """A body that waits moves from the next step on."""
-        self.waiting.discard(name)
+        """A body that waits moves from the next step on, and those to which it is linked."""
+        self.waiting.difference_update(self._with(name))
 
     def clear_wrench(self) -> None:
         """No body holds a wrench, from any source."""
@@ -140,9 +169,11 @@ class Fleet(Mapping[str, Simulation]):
     def reset(self, name: str | None = None, *, keep_time: bool = False) -> None:
         """All go to their initial states, hold no wrench and count steps from zero, unless ``keep_time``.
 
-        With a name that body alone does, and time goes on.
+        With a name that body alone does, with those to which it is linked, and time goes on.
         """
-        for each in self if name is None else (name,):
+        if name is not None and name not in self:
+            raise KeyError(name)
+        for each in self if name is None else self._with(name):
             self._catch_up(each)
             self._reset(self[each], keep_time or name is not None)
             if each in self._starts_on_command:

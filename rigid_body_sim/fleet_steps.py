@@ -19,7 +19,7 @@ from .terms import Terms
 
 LOOK_EVERY = 1000  # steps between two looks for a kernel that is compiled elsewhere
 ENOUGH = 3  # bodies, from which on one call takes less time than one for each
-_ROOM = 4 * LEVER_SIZE  # in a row beside the model: so many forces at points make no model too long
+_ROOM = 16 * LEVER_SIZE  # in a row beside the model: so many forces at points make no model too long
 _KINDS = 32  # more than there are numbers of kinds: see groups
 
 
@@ -35,18 +35,19 @@ class FleetSteps:
 
     Each has the bits that its own ``step`` would give. ``step(which, n)`` advances those of ``which`` that hold what
     they hold for n steps; the others, and those that stopped on the way, are for their own ``step``. So are those whose
-    kernel is not compiled yet, where that is not ``awaited``.
+    kernel is not compiled yet, where that is not ``awaited``. ``states`` and ``models`` are flat, the latter of rows of
+    so many numbers as ``width`` says; a step is h [s] long.
     """
 
     awaited = True
 
     def __init__(self, simulations: Sequence[Simulation], h: float):
-        self._simulations, self._h = simulations, h
+        self._simulations, self.h = simulations, h
         n, width = len(simulations), max(one.model_size for one in simulations) + _ROOM
-        self._width = -(-width // 8) * 8
-        self._models = zeros_on_a_line(n * self._width).reshape(n, self._width)
-        self._states, self._origins = zeros_on_a_line(n * SIZE).reshape(n, SIZE), np.zeros((n, SIZE))
-        for one, *rows in zip(simulations, self._states, self._origins, self._models, strict=True):
+        self.width = -(-width // 8) * 8
+        self.models, self.states = zeros_on_a_line(n * self.width), zeros_on_a_line(n * SIZE)
+        self._rows, self._origins = self.states.reshape(n, SIZE), np.zeros((n, SIZE))
+        for one, *rows in zip(simulations, self._rows, self._origins, self.models.reshape(n, -1), strict=True):
             one.move(*rows)
         self._seen: list[tuple[Integrator, Terms] | None] = [None] * n
         self._plans: list[_Plan] = []
@@ -69,7 +70,7 @@ class FleetSteps:
             if self._seen[i] != (ones[i].integrator, ones[i].terms):
                 self._look_at(i)
         bodies = np.array(free)
-        self._reduce(self._models.reshape(-1), self._width, bodies, self._kinds)
+        self._reduce(self.models, self.width, bodies, self._kinds)
         code = self._plan[bodies] * _KINDS + np.where(self._in_lanes[bodies], 1 + self._kinds[bodies] // 2, 0)
         for one in np.unique(code).tolist() if (code != code[0]).any() else code[:1].tolist():
             members = bodies[code == one]
@@ -91,10 +92,9 @@ class FleetSteps:
         counts: Integers = np.full(len(members), n)
         if integrator.one_evaluation:
             since = np.array([one.steps - (one.origin_steps or 0) for one in members])
-            counts, self._states[which] = counts + since, self._origins[which]
-        work = self._work_of(integrator)
-        states, models = self._states.reshape(-1), self._models.reshape(-1)
-        kernel(states, models, self._width, which, counts, work, self._block, self._h, NOTHING)
+            counts, self._rows[which] = counts + since, self._origins[which]
+        scratch = self._work_of(integrator), self._block
+        kernel(self.states, self.models, self.width, which, counts, *scratch, self.h, NOTHING)
         if integrator.one_evaluation:
             counts -= since
         for one, done in zip(members, counts.tolist(), strict=True):

@@ -345,6 +345,12 @@ class Simulation:
                 self._end_holding()
             n -= done
 
+    def have_passed(self, n: int) -> None:
+        """Count n steps that a fleet has done, up to ``expiry`` at most."""
+        self.steps += n
+        if self.expiry is not None and self.steps == self.expiry:
+            self._end_holding()
+
     def wait(self, n: int) -> None:
         """Let the time of n steps pass without motion: the state stays to the bit, and what is held for what is left.
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rigid_body_sim import Body, Fleet, FleetScene, Simulation, Wrench, load_fleet, load_scene
+from rigid_body_sim import Body, Fleet, FleetScene, Scene, Simulation, Wrench, load_fleet, load_scene
 
 CONFIG = Path(__file__).parents[1] / "config"
 PUSH = Wrench(force_body=(1.0, 0.0, 0.0), torque_body=(0.1, -0.2, 0.3))
@@ -178,3 +178,123 @@ def test_two_satellites_differ_from_one_alone_by_their_start_alone():
     fleet.step(100)
     alone.step(100)
     np.testing.assert_array_equal(fleet["red"].state.values, alone.state.values)
+
+
+# Links ----------------------------------------------------------------------------------------------------------------
+
+SLUNG = {
+    "bodies": ["drone", "load", "bird"],
+    "rate": 500.0,
+    "gravity": [0.0, 0.0, -9.80665],
+    "drone.body.mass": 2.0,
+    "load.body.mass": 0.5,
+    "load.initial.position": [0.3, 0.0, -1.0],
+    "drone.initial.angular_velocity": [0.1, 0.2, 0.3],
+    "links.cable": {
+        "bodies": ["drone", "load"],
+        "first_point": [0.0, 0.0, -0.05],
+        "second_point": [0.0, 0.0, 0.1],
+        "rest_length": 0.8,
+        "stiffness": 500.0,
+        "damping": 2.0,
+    },
+}
+HOVER = Wrench(force_world=(0.0, 0.0, 2.5 * 9.80665))
+
+
+def slung(**more):
+    return Fleet.from_scene(FleetScene({**SLUNG, **more}))
+
+
+def test_linked_bodies_pull_each_other_and_their_momentum_changes_by_what_is_sent_alone():
+    fleet = slung()
+    fleet["drone"].set_wrench(HOVER)
+    fleet.step(1000)
+    linked = sum(fleet[name].state.momentum for name in ("drone", "load"))
+    assert np.abs(linked).max() < 2e-13  # of 49 N s each way; 1.4e-14 measured
+    assert fleet["load"].state.position[2] > -3.0  # it would have fallen by 20 m
+    assert fleet["bird"].state.position[2] == pytest.approx(-0.5 * 9.80665 * 4.0, rel=1e-15)  # linked to none
+
+
+def test_holds_end_within_a_call_as_between_calls():
+    def commanded():
+        fleet = slung()
+        fleet["drone"].set_wrench(HOVER, 0.1)
+        fleet["load"].set_wrench(PUSH, 0.034)
+        return fleet
+
+    one, many = commanded(), commanded()
+    one.step(100)
+    for n in (1, 16, 1, 33, 49):
+        many.step(n)
+    assert one.save() == many.save()
+
+
+def test_linked_bodies_stop_are_reset_and_wait_together():
+    fleet = slung(**{"load.gravity": [1e307, 0.0, 0.0]})
+    told = []
+    fleet.on_stop = told.append
+    fleet.step(500)
+    assert told == ["drone", "load"] and fleet["bird"].steps == 500
+    assert "drone, load, which are linked, would leave the range of finite numbers" in fleet.stopped["load"]
+    fleet.reset("drone")
+    assert not fleet.stopped and fleet["load"].steps == 500
+    assert fleet["load"].state.position.tolist() == [0.3, 0.0, -1.0]
+
+    waiting = slung(**{"drone.start_on_command": True})
+    waiting.step(10)
+    assert waiting.waiting == {"drone", "load"} and waiting["load"].state.position.tolist() == [0.3, 0.0, -1.0]
+    waiting.set_going("load")
+    waiting.step(10)
+    assert not waiting.waiting and waiting["drone"].state.velocity[2] < 0.0
+
+
+def test_slack_links_leave_bodies_as_they_were_alone_to_rtol():
+    fleet = slung(**{"links.cable": {**SLUNG["links.cable"], "rest_length": 100.0}})
+    alone = {name: Simulation.from_scene(one) for name, one in FleetScene(SLUNG).scenes.items()}
+    fleet.step(200)
+    for name, one in alone.items():
+        one.step(200)
+        np.testing.assert_allclose(fleet[name].motion, one.motion, rtol=1e-9, atol=1e-12)
+
+
+def test_chain_is_one_set_whatever_the_order_of_its_links():
+    scene = {
+        "bodies": ["a", "b", "c", "d"],
+        "links": {
+            "last": {"bodies": ["c", "b"], "rest_length": 1.0, "stiffness": 10.0},
+            "first": {"bodies": ["a", "b"], "rest_length": 1.0, "stiffness": 10.0},
+        },
+        "a.start_on_command": True,
+    }
+    assert Fleet.from_scene(FleetScene(scene)).waiting == {"a", "b", "c"}
+
+
+@pytest.mark.no_numba
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({"links.cable.bodies": ["drone", "nobody"]}, "link cable: there is no body 'nobody'; there are drone, load"),
+        ({"links.cable.bodies": ["drone", "drone"]}, "'drone' is given twice; give it once"),
+        ({"links.cable.bodies": ["drone"]}, "link cable: bodies ['drone']; give names of two bodies"),
+        ({"links.cable.stiffness": -1.0}, "parameter links.cable.stiffness = -1.0: is out of range"),
+        ({"links.cable.length": 1.0}, "parameter links.cable.length is not known"),
+        ({"drone.links.cable.stiffness": 1.0}, "parameter drone.links.cable.stiffness: is the same for all bodies"),
+        ({"links.cable": {"stiffness": 1.0}}, "is given without links.cable.bodies"),
+    ],
+    ids=lambda value: next(iter(value)) if isinstance(value, dict) else "",
+)
+def test_link_that_cannot_be_is_refused(given, said):
+    kept = {key: value for key, value in SLUNG.items() if key not in given and key != "links.cable"}
+    cable = {f"links.cable.{key}": value for key, value in SLUNG["links.cable"].items()}
+    with pytest.raises(ValueError) as caught:
+        FleetScene({**kept, **(cable if "links.cable" not in given else {}), **given})
+    assert said in str(caught.value)
+
+
+@pytest.mark.no_numba
+def test_linked_body_of_another_integrator_is_refused():
+    with pytest.raises(ValueError, match="body load: bodies with links are advanced by 'dop853', and not by 'taylor'"):
+        slung(**{"load.integrator.name": "taylor"})
+    with pytest.raises(ValueError, match=r"links.cable.bodies = .*: is of a scene of several bodies"):
+        Scene({"links.cable.bodies": ["drone", "load"]})

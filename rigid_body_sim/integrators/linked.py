@@ -117,9 +117,15 @@ def linked(actings: tuple[Acting, ...]) -> Advance:
 
 def ready_linked(actings: tuple[Acting, ...]) -> Advance:
     """The same, compiled; without numba a step whose arithmetic raises is one that cannot be done, too."""
-    numbers, whole = np.zeros(1), np.zeros(1, np.int64)
-    run = compiled.ready(linked(actings), numbers, numbers, 1, whole, numbers, numbers, 1.0, 1)
+    wanted = request(actings)
+    run = compiled.ready(wanted.function, *wanted.examples)
     return run if compiled.ENABLED else _in_python(run)
+
+
+def request(actings: tuple[Acting, ...]) -> compiled.Request:
+    """What is to be compiled for that."""
+    numbers, whole = np.zeros(1), np.zeros(1, np.int64)
+    return compiled.Request(linked(actings), (numbers, numbers, 1, whole, numbers, numbers, 1.0, 1))
 
 
 def _in_python(run: Advance) -> Advance:

@@ -162,6 +162,50 @@ def replay(
         yield simulation
 
 
+def replay_fleet(
+    entries: Iterable[Entry], fleet: Fleet, messages: Iterable[tuple[int, int, str]]
+) -> Iterator[tuple[str, Simulation]]:
+    """The same of several bodies: ``fleet`` is of the journal's scene, and a message is (log time, stamp, body's name).
+
+    The name and the simulation of that body are yielded.
+    """
+    first, *calls = entries
+    epoch_ns, rate, at = first.values["epoch_ns"], Fraction(fleet.rate), 0
+    for log_ns, stamp_ns, name in messages:
+        while at < len(calls) and calls[at].time_ns < log_ns:
+            _repeat_of_fleet(calls[at], fleet)
+            at += 1
+        step = round((stamp_ns - epoch_ns) * rate / NANOSECONDS)
+        if name not in fleet.stopped:
+            _advance(fleet, step, f"the message of {name} stamped {stamp_ns} ns")
+        yield name, fleet[name]
+
+
+def _repeat_of_fleet(entry: Entry, fleet: Fleet) -> None:
+    if entry.call == LOST:
+        raise hole(entry)
+    what = f"{entry.call} at step {entry.step}"
+    if entry.body not in fleet.stopped:
+        _advance(fleet, entry.step, what)
+    try:
+        if entry.call == "reset":
+            fleet.reset(entry.body or None, keep_time=entry.values["keep_time"])
+        elif not entry.body:
+            fleet.restart_time()
+        else:
+            _CALLS[entry.call](fleet[entry.body], **entry.values)
+    except (AttributeError, KeyError, TypeError, ValueError) as reason:
+        raise BagError(f"{what} of the journal cannot be repeated: {type(reason).__name__}: {reason}") from None
+    if entry.call in COMMANDS:
+        fleet.set_going(entry.body)
+
+
+def _advance(fleet: Fleet, step: int, what: str) -> None:
+    if step < fleet.steps:
+        raise BagError(f"{what} lies before step {fleet.steps}, which the journal had reached; they do not fit")
+    fleet.step(step - fleet.steps)
+
+
 def _repeat(entry: Entry, simulation: Simulation, waiting: bool) -> None:
     if entry.call == LOST:
         raise hole(entry)

@@ -3,17 +3,21 @@
 import contextlib
 import gc
 import hashlib
+import heapq
 import math
 import struct
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from ..bags.journal import Entry
+from ..fleet import Fleet
 from ..kernels.arrays import Floats
 from ..scenarios import timing
 from ..scenarios.command_feed import AT_ONCE, TO_MISS_NONE, CommandFeed, Progress
 from ..scenarios.scenario import Scenario
+from ..scene.fleet import FleetScene
 from ..scene.loader import Scene
 from ..simulation import Simulation
 from . import journaled
@@ -71,6 +75,27 @@ def _replay(scenario: Scenario, simulation: Simulation, progress: Progress) -> T
         if i % AT_ONCE == 0:
             progress(then.time)
     return Track(motion, state_hash(simulation), simulation.steps)
+
+
+def run_together(scenarios: Mapping[str, Scenario], scene: FleetScene, journal: Sequence[Entry]) -> dict[str, Track]:
+    """The motions of bodies with links between them, which are advanced together; by the journal of all of them.
+
+    Raises as ``run`` does.
+    """
+    fleet = Fleet.from_scene(scene)
+    motion = {name: np.empty((len(one.stamp_ns), 19)) for name, one in scenarios.items()}
+    messages = heapq.merge(*(_messages(name, one) for name, one in scenarios.items()))
+    taken = dict.fromkeys(scenarios, 0)
+    with _little_collecting():
+        for name, then in journaled.replay_fleet(journal, fleet, messages):
+            motion[name][taken[name]] = then.motion
+            taken[name] += 1
+    return {name: Track(one, state_hash(fleet[name]), fleet[name].steps) for name, one in motion.items()}
+
+
+def _messages(name: str, scenario: Scenario) -> Iterator[tuple[int, int, str]]:
+    for log_ns, stamp_ns in zip(scenario.receive_ns.tolist(), scenario.stamp_ns.tolist(), strict=True):
+        yield log_ns, stamp_ns, name
 
 
 class _Run:

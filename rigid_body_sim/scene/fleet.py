@@ -9,8 +9,10 @@ from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 from typing import Any
 
+from ..effects import link
+from ..effects.link import Link
 from ..values.parameter import Parameter, shown
-from . import attitude, mass_source, parameter_file, schema
+from . import attitude, mass_source, parameter_file, plan, schema
 from .loader import DEFAULT_NODE, Scene, log_notes
 
 COUNT = "bodies.count"
@@ -53,6 +55,12 @@ def by_body(given: Mapping[str, Any]) -> dict[str, Given]:
     return {name: _of_body(name, place, shared, own[name], names) for place, name in enumerate(names)}
 
 
+def links_of(given: Mapping[str, Any]) -> tuple[Link, ...]:
+    """What parameters, by dotted name, describe of links between bodies. Raises ValueError as Link does."""
+    values = schema.read({key: value for key, value in given.items() if key.startswith("links.")})
+    return link.read(values, partial(schema.members, names=values))
+
+
 class FleetScene:
     """Checked parameters of several bodies, and the Scene of each by its name.
 
@@ -75,6 +83,7 @@ class FleetScene:
         }
         self.notes = tuple(dict.fromkeys(note for scene in self.scenes.values() for note in scene.notes))
         self.awaited = self._awaited()
+        self.links = self._links()
 
     def __getitem__(self, name: str) -> Any:
         """The value of a parameter of all bodies."""
@@ -157,6 +166,7 @@ class FleetScene:
         """What a FleetScene of the same is made from, without files: all values of each body ``but`` those names."""
         shared = {key: self.first[key] for key in self.first.values if is_of_all(key)}
         shared = {key: value for key, value in shared.items() if not key.startswith("bodies.")}
+        shared |= {key: value for key, value in self._shared.items() if key.startswith("links.")}
         shared["bodies"], shared["lockstep_on"] = self.names, self.awaited or schema.LEADING[:1]
         own = {}
         for name, scene in self.scenes.items():
@@ -177,6 +187,14 @@ class FleetScene:
                     f"or which commands lead, {' or '.join(schema.LEADING)}"
                 )
         return named
+
+    def _links(self) -> tuple[Link, ...]:
+        """What holds bodies together. Raises ValueError for what is between bodies that are none."""
+        links = links_of(self._shared)
+        bodies = {name: scene.body() for name, scene in self.scenes.items()}
+        for one in links:
+            link.row(one, bodies)
+        return links
 
     def _told(self, name: str, make: Callable[[], Scene]) -> Scene:
         """What ``make`` makes; a parameter that it finds bad is told under the body's name where it stands there."""
@@ -309,7 +327,10 @@ def _under(name: str, reason: str, own: Given) -> str:
 
 def _of_body(name: str, place: int, shared: Given, own: Given, names: tuple[str, ...]) -> Given:
     """What a Scene of one body is made from."""
-    given = attitude.over({key: value for key, value in shared.items() if key.split(".")[0] != "bodies"}, own)
+    of_bodies = {key: value for key, value in shared.items() if key.split(".")[0] not in schema.OF_SEVERAL}
+    given = attitude.over(of_bodies, own)
+    if name in _linked(shared):
+        given.setdefault("integrator.name", plan.LINKED)
     given["lockstep_on"] = _leading(given)
     if clocked := _outputs(shared, own, is_last=place == len(names) - 1):
         given["outputs"] = clocked
@@ -329,6 +350,17 @@ def _placed(name: str, key: str) -> str:
 
 def _own_frame(name: str, frame: str) -> str:
     return frame if frame.startswith(f"{name}/") else f"{name}/{frame}"
+
+
+def _linked(shared: Given) -> set[str]:
+    """Names in what links are between: such bodies are advanced together, in one way."""
+    known = schema.BY_NAME["links.<name>.bodies"]
+    return {
+        name
+        for key, value in shared.items()
+        if key.startswith("links.") and key.endswith(".bodies")
+        for name in known.read(key, value)
+    }
 
 
 def _leading(given: Given) -> Any:

@@ -192,7 +192,7 @@ class Scene:
         for name in self._given:
             if name.split(".")[0] in schema.OF_SEVERAL:
                 known = schema.find(name)
-                if known.read(name, self._given[name]) != known.default:
+                if schema.is_open(name) or known.read(name, self._given[name]) != known.default:
                     raise ValueError(
                         f"parameter {schema.shown_name(name)} = {shown(self._given[name])}: is of a scene of several "
                         "bodies, and here is one; FleetScene and load_fleet take several"

@@ -15,6 +15,7 @@ from ..values.wrench import Wrench
 # Fastest rate times the step above which the implicit method takes over. Measured, a step of dop853 and of rosenbrock
 # cost the same with drag near 5 to 10, and with a damped tether, as long as it swings and has to be followed, near 800.
 STIFF = 50.0
+LINKED = "dop853"  # of bodies with links between them, which are advanced as one
 
 
 @dataclass(frozen=True)

@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 from .. import effects
+from ..effects import link
 from ..mass.shapes import SHAPES
 from ..values.parameter import MOST_SHOWN, NAMES, OPEN, Parameter, dotted, shown
 
@@ -224,6 +225,7 @@ TABLE: tuple[Parameter, ...] = (
         most=MOST_BODIES,
     ),
     Parameter("bodies.spacing", tuple, (1.0, 1.0), "Distances of columns and rows, world x and y.", "m", length=2),
+    *link.PARAMETERS,
 )
 
 BY_NAME = {parameter.name: parameter for parameter in TABLE}

@@ -8,8 +8,9 @@ import sys
 import time
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, TypeGuard
 
+from ..bags.journal import read as read_journal
 from ..bags.reading import Bag, read
 from ..bags.rosbags_support import HOW_TO_INSTALL, BagError
 from ..command_line import INTERRUPTED, Parser
@@ -179,22 +180,44 @@ def _simulate_again(options: argparse.Namespace) -> int:
     compared = options.compare or picture is not None or options.tolerance is not None or options.out is None
     if options.out is not None:
         resim_output.check(options.out)
-    runs = [_again(one, options, compared) for one in _prepared(options)]
+    bag, scene, prepared = _prepared(options)
+    for one in prepared:
+        _need_poses(one, compared)
+    runs = _together(bag, scene, prepared) if _are_linked(scene) else [_again(one) for one in prepared]
     if options.out is not None:
         resim_output.write(options.out, runs)
         print(f"Written: {options.out}")
     return max([SAME, *(_compare(run, options, picture) for run in runs if compared)])
 
 
-def _again(prepared: Prepared, options: argparse.Namespace, compared: bool) -> Run:
-    """Simulate one body again."""
-    name, bag, scene, scenario = prepared
-    if compared and scenario.recorded is None:
+def _need_poses(prepared: Prepared, compared: bool) -> None:
+    if compared and prepared.scenario.recorded is None:
+        bag = prepared.bag
         raise BagError(
-            f"{options.bag}: has no topic with poses to compare with, of type {A_POSE}; it has {there(bag)}; "
+            f"{bag.path}: has no topic with poses to compare with, of type {A_POSE}; it has {there(bag)}; "
             "give --out alone"
         )
+
+
+def _again(prepared: Prepared) -> Run:
+    """Simulate one body again."""
+    name, _, scene, scenario = prepared
     return Run(name, scenario, scene, _timed_run(scenario, scene))
+
+
+def _are_linked(scene: Scene | FleetScene) -> TypeGuard[FleetScene]:
+    return isinstance(scene, FleetScene) and bool(scene.links)
+
+
+def _together(bag: Bag, scene: FleetScene, prepared: list[Prepared]) -> list[Run]:
+    """Simulate all bodies again, as links hold some of them together."""
+    if not bag.journal:
+        raise BagError(f"{bag.path}: has no journal, which alone tells when what is linked was commanded; record one")
+    begin = time.perf_counter()
+    tracks = resimulating.run_together({one.name: one.scenario for one in prepared}, scene, read_journal(bag.journal))
+    for one in prepared:
+        _tell_run(tracks[one.name], one.scene, time.perf_counter() - begin)
+    return [Run(one.name, one.scenario, one.scene, tracks[one.name]) for one in prepared]
 
 
 def _picture(options: argparse.Namespace) -> Path | None:
@@ -210,7 +233,7 @@ def _stem(bag: Path) -> str:
     return bag.absolute().name.split(".")[0]
 
 
-def _prepared(options: argparse.Namespace) -> list[Prepared]:
+def _prepared(options: argparse.Namespace) -> tuple[Bag, Scene | FleetScene, list[Prepared]]:
     """Read the bag and say what is in it, of each body that is wanted."""
     bag = read(options.bag, recover=options.recover)
     if bag.journal and (options.topic or options.times or options.start):
@@ -234,7 +257,7 @@ def _prepared(options: argparse.Namespace) -> list[Prepared]:
         scenario = scenarios.prepare(part, by_name(scene)[name], choices)
         _tell(part, scenario, told, name)
         prepared.append(Prepared(name, part, by_name(scene)[name], scenario))
-    return prepared
+    return bag, scene, prepared
 
 
 def _scene_in(path: Path, node: str) -> Scene | FleetScene:
@@ -267,14 +290,17 @@ def _timed_run(scenario: Scenario, scene: Scene) -> resimulating.Track:
     begin = time.perf_counter()
     with _bar((int(scenario.stamp_ns.max()) - scenario.epoch_ns) / timing.NANOSECONDS) as progress:
         track = resimulating.run(scenario, scene, progress)
-    seconds = time.perf_counter() - begin
+    _tell_run(track, scene, time.perf_counter() - begin)
+    return track
+
+
+def _tell_run(track: resimulating.Track, scene: Scene, seconds: float) -> None:
     if track.refused:
         commands = _counted(track.refused, "command is", "commands are")
         print(f"  {commands} left out, as the node does; the first: {track.reason}")
     print(
         f"Simulated {track.steps / scene['rate']:.9g} s, {track.steps} steps, in {seconds:.3g} s; state {track.state}"
     )
-    return track
 
 
 @contextlib.contextmanager
@@ -346,7 +372,9 @@ def _vary(options: argparse.Namespace) -> int:
         raise ValueError("--workers is for processes of this machine; leave it or --dask out")
     variations = [sweep.variation(text) for text in options.vary]
     sweep.check(variations)
-    prepared = _prepared(options)
+    _, whole, prepared = _prepared(options)
+    if _are_linked(whole):
+        raise ValueError("--vary is for bodies without links, which are simulated one by one")
     if len(prepared) != 1:
         names = ", ".join(one.name for one in prepared)
         raise ValueError(f"--vary is for one body, and the bag has {names}; choose one with --body")

@@ -114,7 +114,7 @@ def in_real_time(scene, given, seconds, *, lag_ns=0, factor=1.0, epoch_ns=making
 def in_lockstep(scene, given):
     """The same in lockstep, the commands in the given order; a refused one advances nothing."""
     simulation, now_ns = Simulation.from_scene(scene), making.EPOCH_NS
-    leading = "/actuator_commands" if scene["lockstep_on"] == "actuators" else "/wrench"
+    leading = "/actuator_commands" if "actuators" in scene["lockstep_on"] else "/wrench"
     messages = outputs(scene, simulation, 0, now_ns)
     for send in given:
         now_ns += 1_000_000

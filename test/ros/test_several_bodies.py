@@ -11,6 +11,8 @@ import pytest
 from numpy.testing import assert_array_equal
 
 from rigid_body_sim import Fleet, FleetScene, Simulation, Wrench
+from rigid_body_sim.scene import parameter_file
+from rigid_body_sim.scene.loader import DEFAULT_NODE
 
 pytest.importorskip("rclpy")
 pytestmark = pytest.mark.ros
@@ -286,6 +288,29 @@ def test_recorded_bodies_are_simulated_again_to_the_bit(fleet_of, tmp_path):
     done = resim(bag, "--body", "green")
     assert (done.returncode, done.stdout) == (1, "")
     assert done.stderr == "rigid_body_resim: no body is called 'green'; the bodies are red, blue\n"
+
+
+def test_linked_bodies_wait_together_and_are_simulated_again_to_the_bit(fleet_of, tmp_path):
+    from geometry_msgs.msg import WrenchStamped
+
+    bag, names = tmp_path / "bag", ("drone", "load")
+    scene = ROOT / "config" / "slung_load.yaml"
+    given = parameter_file.of_scene(scene, DEFAULT_NODE)
+    fleet = fleet_of({**given, "rate": 200.0, "record.path": str(bag)}, names)
+    fleet.wait_for_more("load", 5)
+    assert fleet.poses["load"][-1].pose.position.z == given["load.initial.position"][2]
+    for round_ in range(10):
+        message = WrenchStamped()
+        message.header.frame_id = "world"
+        message.wrench.force.x, message.wrench.force.z = 0.1 * round_, 1.8 * 9.80665
+        fleet._commands["drone"].publish(message)
+        fleet.wait_for_more("load", len(fleet.poses["load"]) + 3)
+    assert fleet.poses["load"][-1].pose.position.x > 0.0
+    fleet.process.assert_stopped_cleanly()
+    done = resim(bag)
+    assert done.returncode == 0 and done.stdout.count("Equal to the bit") == 2, done.stdout + done.stderr
+    done = resim(bag, "--body", "load", "--vary", "body.mass=1,2")
+    assert (done.returncode, "--vary is for bodies without links" in done.stderr) == (1, True)
 
 
 def resim(bag, *arguments):
