@@ -45,6 +45,7 @@ setup(
         "bag": ["mcap>=1.5", "rosbags>=0.11", "tqdm"],
         "dask": ["distributed"],
         "rl": ["gymnasium>=1.1"],
+        "sensors": ["pyproj"],  # what sensors of type gnss need
         "arrays": ["matplotlib", "pandas", "tqdm"],  # what trajectories are shown with
         # What the adapters in bench/peers drive.
         # bsk is Basilisk and pin is Pinocchio; the names "basilisk" and "pinocchio" on PyPI are other projects.
@@ -58,6 +59,7 @@ setup(
             "matplotlib",
             "mpmath",
             "pandas",
+            "pyproj",
             "pytest",
             "pytest-cov",
             "pytest-timeout",

@@ -9,6 +9,7 @@ import statistics
 import sys
 import time
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any
 
 import rclpy
@@ -28,6 +29,13 @@ ROUNDS = 15
 CALLS = 1000
 SCENE = {"outputs": ("odom", "accel", "imu", "wrench_applied", "marker", "clock")}
 TOPIC = "message_cost"
+SENSOR = "cost_imu"
+IMU = {
+    "type": "imu",
+    "position": [0.0, 0.0, 0.02],
+    "gyroscope": {"noise_density": 4.887e-5, "random_walk": 2e-5, "quantization": 0.0010642, "range": 34.9066},
+    "accelerometer": {"noise_density": 6.8647e-4, "random_walk": 1e-4, "quantization": 0.0047884, "range": 156.9064},
+}
 
 
 def costs(*parts: Callable[[], object]) -> list[float]:
@@ -82,6 +90,29 @@ def receive_cost(node: Node, data: bytes, raw: bool, read: Callable[[Any], objec
     return statistics.median(taken)
 
 
+def sensing_costs(node: Node) -> list[float]:
+    """CPU time [µs] of a step as it is, as the node takes it without sensors, and with an IMU that measures at each.
+
+    The IMU has the noise of quadrotor.yaml and a random walk, after a million samples, and a listener.
+    """
+    taken, kept = [], []
+    for scene in (Scene(), Scene({"sensors": {SENSOR: IMU}})):
+        simulation = Simulation.from_scene(scene)
+        simulation.step(1_000_000)
+        outputs = Outputs(node, scene, simulation)
+        kept.append(outputs)  # with its publishers
+        taken += [simulation.step, outputs.passing(simulation.step, partial(getattr, simulation, "time_ns"))]
+    listener = Node("sensed")
+    kind = type(kept[1].channels[0].output.message)
+    listener.create_subscription(kind, SENSOR, lambda _: None, 10)
+    while kept[1].channels[0].listeners == 0:
+        kept[1].count_listeners()
+        time.sleep(0.01)
+    bare, through, _, sensed = costs(*(partial(step, 1) for step in taken))
+    listener.destroy_node()
+    return [bare, through, sensed]
+
+
 def main(args: Sequence[str] | None = None) -> int:
     """Print all figures with the machine's name."""
     takes_nothing("message_cost", "Measures what it costs to publish, read and receive messages.", args)
@@ -104,6 +135,9 @@ def main(args: Sequence[str] | None = None) -> int:
     typed = receive_cost(node, data, False, lambda message: messages.read_wrench(message, scene))
     raw = receive_cost(node, data, True, reader.read)
     print(f"Received       typed {typed:.1f}, raw {raw:.1f}")
+    bare, through, sensed = sensing_costs(node)
+    print(f"\nA step         by itself {bare:.2f}, in the node without sensors {through:.2f}, with an IMU {sensed:.2f}")
+    print(f"A message      of that IMU, measured and sent to a listener: {sensed - bare:.1f}")
     node.destroy_node()
     rclpy.try_shutdown()
     return 0

@@ -21,6 +21,14 @@ if TYPE_CHECKING:  # what type checkers see of _HOMES; a test compares the two
     from .scene.fleet import load_fleet as load_fleet
     from .scene.loader import Scene as Scene
     from .scene.loader import load_scene as load_scene
+    from .sensors.barometer import Barometer as Barometer
+    from .sensors.base import Noise as Noise
+    from .sensors.gnss import Gnss as Gnss
+    from .sensors.imu import Imu as Imu
+    from .sensors.instrument import Samples as Samples
+    from .sensors.magnetometer import Magnetometer as Magnetometer
+    from .sensors.pose import PoseSensor as PoseSensor
+    from .sensors.range_finder import RangeFinder as RangeFinder
     from .simulation import Simulation as Simulation
     from .simulation import SimulationError as SimulationError
     from .snapshot import Snapshot as Snapshot
@@ -36,6 +44,7 @@ _HOMES = {  # of each public name
     "Actuator": "effects.actuators",
     "ActuatorState": "actuation",
     "AddedMass": "effects.added_mass",
+    "Barometer": "sensors.barometer",
     "Body": "values.body",
     "BodyState": "values.state",
     "Contact": "effects.ground",
@@ -44,7 +53,14 @@ _HOMES = {  # of each public name
     "Fleet": "fleet",
     "FleetScene": "scene.fleet",
     "Fluid": "effects.fluid",
+    "Gnss": "sensors.gnss",
     "Ground": "effects.ground",
+    "Imu": "sensors.imu",
+    "Magnetometer": "sensors.magnetometer",
+    "Noise": "sensors.base",
+    "PoseSensor": "sensors.pose",
+    "RangeFinder": "sensors.range_finder",
+    "Samples": "sensors.instrument",
     "Scene": "scene.loader",
     "Simulation": "simulation",
     "SimulationError": "simulation",

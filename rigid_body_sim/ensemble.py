@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -13,6 +14,7 @@ from .groups import Group, Groups
 from .integrators import Integrator, many
 from .integrators.script import COMMAND_SIZE, NOTHING, Script
 from .kernels import compiled
+from .kernels.acceleration import acceleration_reader
 from .kernels.arrays import Floats, Integers, Vector, zeros_on_a_line
 from .kernels.model import INSIDE, MEMORY, WRENCH
 from .many_bodies import Bodies
@@ -22,6 +24,8 @@ from .runs.schedule import WrenchSchedule
 from .runs.trajectories import Trajectories
 from .runs.trajectory import States
 from .scene.loader import Scene
+from .sensors.base import NOT_READ, Seen, Sensor
+from .sensors.instrument import Instrument, Record, instruments, named
 from .simulation import Simulation, SimulationError
 from .snapshot import Snapshot
 from .stepping import asked_for
@@ -56,6 +60,8 @@ class Ensemble:
         Initial states, as State takes them.
     rate, gravity, integrator, rtol, **effects
         The same for all, as Simulation takes them.
+    sensors : sequence of Sensor
+        What each body has; to the seed of each is added the number of the body, so that all have noise of their own.
     threads : int
         How many share the bodies in a call, among the cores of the machine.
 
@@ -81,6 +87,7 @@ class Ensemble:
         integrator: str = integrators.AUTO,
         rtol: float = DEFAULT_RTOL,
         threads: int = 1,
+        sensors: Sequence[Sensor] = (),
         **effects: Any,
     ):
         n = many_bodies.count(
@@ -96,7 +103,9 @@ class Ensemble:
         h = Rate(rate).h
         bodies = many_bodies.make(n, mass, inertia, center_of_mass, h, gravity=gravity, rtol=rtol, **effects)
         states = many_bodies.flat_states(n, bodies.models, position, orientation, velocity, angular_velocity)
-        self._begin(bodies, states, rate, integrator, threads)
+        made = [one.sensor for one in instruments(sensors, rate).values()]
+        each = [[replace(one, seed=one.seed + i) for one in made] for i in range(n)] if made else []
+        self._begin(bodies, states, each, rate, integrator, threads)
 
     @classmethod
     def from_scenes(cls, scenes: Sequence[Scene], threads: int = 1) -> "Ensemble":
@@ -108,17 +117,32 @@ class Ensemble:
                 raise ValueError(
                     f"scenes of an ensemble have one {name} for all, not {sorted({s[name] for s in scenes})}"
                 )
+        sensors = [scene.sensors() for scene in scenes]
+        if len({tuple((one.name, one.type, one.rate) for one in each) for each in sensors}) != 1:
+            raise ValueError("scenes of an ensemble have the same sensors, of the same types and rates")
         made = cls.__new__(cls)
         bodies = many_bodies.of_terms([scene.terms() for scene in scenes], 1.0 / scenes[0]["rate"])
         starts = np.array([scene.initial_state().values[:13] for scene in scenes])
         states = many_bodies.flat_states(len(scenes), bodies.models, *np.split(starts, (3, 7, 10), axis=1))
-        made._begin(bodies, states, scenes[0]["rate"], scenes[0]["integrator.name"], threads)
+        made._begin(
+            bodies, states, sensors if sensors[0] else [], scenes[0]["rate"], scenes[0]["integrator.name"], threads
+        )
         return made
 
-    def _begin(self, bodies: Bodies, states: Floats, rate: float, integrator: str, threads: int) -> None:
+    def _begin(
+        self,
+        bodies: Bodies,
+        states: Floats,
+        sensors: Sequence[Sequence[Sensor]],
+        rate: float,
+        integrator: str,
+        threads: int,
+    ) -> None:
         self._bodies, self._states, self._initial = bodies, states, states.copy()
         self._rate, self.threads = Rate(rate), running.positive("threads", threads)
         self.steps = 0
+        self._sensors = sensors  # of each body, or empty
+        self._at_work: list[dict[str, Instrument]] = []
         self._actuated = bodies.actuated
         self._groups = Groups(bodies, asked_for(integrator), self._rate.h)
         self._groups.measure(states, np.arange(len(states)))
@@ -142,14 +166,14 @@ class Ensemble:
         """For pickle and copy: what decides how it goes on. Kernels and threads are made anew."""
         kept = ("_states", "_initial", "_origins", "_origin_steps", "steps", "stopped")
         name = integrators.AUTO if self._groups.asked is None else self._groups.asked.name
-        made = self._bodies.terms, self.rate, name, self.threads
+        made = self._bodies.terms, self._sensors, self.rate, name, self.threads
         models = self._bodies.models if len(self._bodies.start) else None
         held = self._wrenches.copy(), self._groups.stiffness, models
         return {"made": made, "held": held, "kept": {name: getattr(self, name) for name in kept}}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         (terms, *made), (wrenches, stiffness, models) = state["made"], state["held"]
-        bodies = many_bodies.of_terms(terms, Rate(made[0]).h)
+        bodies = many_bodies.of_terms(terms, Rate(made[1]).h)
         if models is not None:
             bodies.models[:] = models
         self._begin(bodies, state["kept"]["_states"].copy(), *made)
@@ -379,11 +403,38 @@ class Ensemble:
         self._groups.check(commands.values)
         made = partial(Trajectories, self._bodies.terms, self._bodies.models, self.rate, self.stopped)
         command = self.set_actuators if self._actuated else None
-        inside = running.Inside(self._now, made, (Wrenches, Wrench), command, self._takes, self._follow)
+        inside = running.Inside(self._now, made, (Wrenches, Wrench), command, self._takes, self._follow, self._record)
         run = running.Run(self, inside, n, every, commands)
         run.go(controller, control_every, progress)
         found: Trajectories = run.trajectory
         return found
+
+    @property
+    def _instruments(self) -> list[dict[str, Instrument]]:
+        """Of each body its sensors at work, made when they are first used."""
+        if not self._at_work:
+            self._at_work = [instruments(each, self.rate) for each in self._sensors]
+        return self._at_work
+
+    @property
+    def _record(self) -> Record | None:
+        return Record(self._instruments[0], self.sense) if self._sensors else None
+
+    def sense(self, name: str) -> Floats:
+        """What the sensor of that name of each body shows now, shape (n, m): see Simulation.sense.
+
+        Where the sensors were given for all bodies, that of body i is the one of a Simulation with i added to its seed.
+        """
+        ones: list[Instrument] = [named(each, name) for each in self._instruments] or named({}, name)
+        motions = self.state.motion.tolist()
+        return np.array([one.measure(self.steps, self._seen(i, one, motions[i])) for i, one in enumerate(ones)])
+
+    def _seen(self, i: int, one: Instrument, motion: list[float]) -> Seen:
+        terms, acceleration = self._bodies.terms[i], NOT_READ
+        if one.type.accelerations:
+            state, model = self._states[i], self._bodies.models[i]
+            acceleration = compiled.ready(acceleration_reader(terms.kernels), state, model)(state, model)
+        return Seen(tuple(motion), acceleration, terms.gravity, terms.given["ground"])
 
     def reset(self, which: ArrayLike | None = None) -> None:
         """These bodies, or all, go to their initial states and hold no wrench; all of them count steps from zero."""
@@ -443,7 +494,8 @@ class Ensemble:
             raise IndexError(f"there is no body {i}; they are 0 to {len(self) - 1}")
         terms, wrench, stiffness = self._bodies.terms[i], self.wrench(i), float(self._groups.stiffness[i])
         name = integrators.AUTO if self._groups.asked is None else self._groups.asked.name
-        single = Simulation(terms.body, rate=self.rate, integrator=name, **terms.optional())
+        sensors = self._sensors[i] if self._sensors else ()
+        single = Simulation(terms.body, rate=self.rate, integrator=name, sensors=sensors, **terms.optional())
         held = (("", wrench, None),) if any(wrench.values) else ()
         origin = int(self._origin_steps[i]), tuple(self._origins[i].tolist())
         state = tuple(self._states[i].tolist())

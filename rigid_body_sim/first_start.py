@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from . import fleet_links, groups, integrators
+from . import fleet_links, groups, integrators, sensors
 from .effects import REGISTRY
 from .effects.base import DriveEffect, KernelEffect, MediumEffect
 from .integrators import linked
@@ -27,6 +27,7 @@ from .kernels import state as flat
 from .kernels.acceleration import acceleration_reader
 from .kernels.compiled import Request
 from .scene import attitude, fleet, schema
+from .sensors.instrument import kernels_of
 from .stepping import asked_for, request, within_reach
 from .terms import Terms
 from .values.body import Body
@@ -52,9 +53,12 @@ def needed(terms: Terms, integrator: str = integrators.AUTO, acceleration: bool 
     ]
 
 
-def of_scene(terms: Terms, integrator: str, outputs: Iterable[str]) -> list[Request]:
-    """What a node needs with these terms, the integrator that was asked for, and what it publishes besides."""
-    return needed(terms, integrator, acceleration=bool(_READERS_OF_ACCELERATION.intersection(outputs)))
+def of_scene(terms: Terms, values: Mapping[str, Any]) -> list[Request]:
+    """What a node with these terms needs, by the values of its scene: the integrator, and what is published."""
+    kinds = [sensors.REGISTRY[values[f"sensors.{one}.type"]] for one in schema.members("sensors", values)]
+    shown = not _READERS_OF_ACCELERATION.isdisjoint(values["outputs"])
+    acceleration = shown or any(kind.accelerations for kind in kinds)
+    return [*needed(terms, values["integrator.name"], acceleration), *kernels_of(kinds)]
 
 
 def of_parameters(given: Mapping[str, Any]) -> tuple[list[Request], list[Request]]:
@@ -69,10 +73,10 @@ def of_parameters(given: Mapping[str, Any]) -> tuple[list[Request], list[Request
         if several:
             now += _linked(own)
         for one in _kinds(fleet.by_body(own)) if several else [own]:
-            terms, name, outputs = _described(one)
-            now += [*of_scene(terms, name, outputs), *([groups.REDUCING] if several else [])]
-            later += together(terms, name) if several else []
-            later += [one for other in _reached_by_setting(terms) for one in of_scene(other, name, outputs)]
+            terms, values = _described(one)
+            now += [*of_scene(terms, values), *([groups.REDUCING] if several else [])]
+            later += together(terms, values["integrator.name"]) if several else []
+            later += [one for other in _reached_by_setting(terms) for one in of_scene(other, values)]
     except (ValueError, KeyError):
         return [], []
     return now, later
@@ -93,12 +97,12 @@ def _kinds(bodies: Mapping[str, Mapping[str, Any]]) -> Iterable[Mapping[str, Any
     return kinds.values()
 
 
-def _described(given: Mapping[str, Any]) -> tuple[Terms, str, Iterable[str]]:
-    """Of a scene's parameters: terms with any body, the integrator asked for, and outputs."""
+def _described(given: Mapping[str, Any]) -> tuple[Terms, Mapping[str, Any]]:
+    """Of a scene's parameters: terms with any body, and all values."""
     values = attitude.read(given)
     members = functools.partial(schema.members, names=values)
     effects = {effect.name: effect.read(values, members) for effect in REGISTRY.values()}
-    return Terms(_BODY, **effects), values["integrator.name"], values["outputs"]
+    return Terms(_BODY, **effects), values
 
 
 def together(terms: Terms, integrator: str = integrators.AUTO) -> list[Request]:
@@ -134,7 +138,8 @@ def everything() -> list[Request]:
     chosen = {one for count in (0, 1, 2, len(loads)) for one in itertools.combinations(loads, count)}
     chosen |= {(drive, *one) for drive in drives for one in chosen if len(one) < 2}
     all_terms = [Terms(_BODY, **{name: REGISTRY[name].present for name in names}) for names in sorted(chosen)]
-    requests = [Request(flat.read_pose, (np.zeros(flat.SIZE), np.zeros(1)))]
+    requests = kernels_of(sensors.REGISTRY.values())
+    requests += [Request(flat.read_pose, (np.zeros(flat.SIZE), np.zeros(1)))]
     for terms in all_terms:
         methods = [name for name in integrators.REGISTRY if not integrators.shortfall(name, terms)]
         requests += [each for name in methods for each in needed(terms, name, acceleration=True)]

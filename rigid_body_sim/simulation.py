@@ -1,7 +1,7 @@
 """A rigid body under held wrenches, advanced at a fixed rate: what node, report and tools stand on. No ROS."""
 
 import struct
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from operator import index
 from typing import Any
@@ -30,6 +30,8 @@ from .runs.schedule import WrenchSchedule
 from .runs.trajectory import Trajectory
 from .scene import plan
 from .scene.loader import Scene
+from .sensors.base import NOT_READ, Seen, Sensor
+from .sensors.instrument import Instrument, Record, instruments, named
 from .snapshot import Snapshot
 from .stepping import Stepping, asked_for
 from .terms import Terms
@@ -73,6 +75,8 @@ class Simulation:
         changes, or a name in the registry, ``rigid_body_sim.integrators.REGISTRY``.
     rtol : float
         Relative error that an error-controlled integrator may make in a step.
+    sensors : sequence of Sensor
+        What can be measured by ``sense``: Imu, Magnetometer and so on. They change no bit of the motion.
     **effects
         What acts besides, by its name in ``rigid_body_sim.effects.REGISTRY``: ``drag`` (a Drag), ``tethers`` (several
         Tether), ``forces`` (several (point, force): forces [N] in world axes that always act, each at a body-fixed
@@ -84,7 +88,8 @@ class Simulation:
     ------
     ValueError
         A rate outside [1e-9, 1e6] Hz, gravity that is not three finite numbers, an unknown integrator, or one that
-        leaves out the drag, the tethers, the forces or the ground given; rtol outside [1e-13, 1].
+        leaves out the drag, the tethers, the forces or the ground given; rtol outside [1e-13, 1]; a sensor whose rate
+        does not divide that of the steps.
     """
 
     _wrench: Wrench
@@ -103,6 +108,7 @@ class Simulation:
         gravity: Vector = ZERO,
         integrator: str = integrators.AUTO,
         rtol: float = 1e-9,
+        sensors: Sequence[Sensor] = (),
         **effects: Any,
     ):
         # No cached_property here: one that is used makes each look-up of any attribute take twice as long.
@@ -119,6 +125,7 @@ class Simulation:
         self._motion_kernel = compiled.ready(flat.read_motion, self._state, self._model)
         self._pose_kernel: _Reader | None = None
         self._acceleration_kernel: _Reader | None = None
+        self._instruments = instruments(sensors, self._rate.value)
         self._go_on(self._state, self._model, Held())
 
     @classmethod
@@ -132,7 +139,8 @@ class Simulation:
             raise ValueError(f"parameter integrator.name = {name!r}: give {integrators.RULE}")
         if name != integrators.AUTO and (shortfall := integrators.shortfall(name, terms)):
             raise ValueError(f"parameter integrator.name = {name!r}: {shortfall}")
-        return cls(terms.body, scene.initial_state(), rate=scene["rate"], integrator=name, **terms.optional())
+        options = {"rate": scene["rate"], "integrator": name, "sensors": scene.sensors(), **terms.optional()}
+        return cls(terms.body, scene.initial_state(), **options)
 
     @property
     def body(self) -> Body:
@@ -390,7 +398,8 @@ class Simulation:
         self._check_schedule(commands)
         made = partial(Trajectory, self.terms, self.rate)
         command = self.set_actuators if self.actuators else None
-        inside = running.Inside(self._now, made, (Wrench,), command, self._takes, self._follow)
+        record = Record(self._instruments, self.sense) if self._instruments else None
+        inside = running.Inside(self._now, made, (Wrench,), command, self._takes, self._follow, record)
         run = running.Run(self, inside, n, every, commands)
         try:
             run.go(controller, control_every, progress)
@@ -469,6 +478,24 @@ class Simulation:
             )
         return self._acceleration_kernel(self._state, self._model)
 
+    @property
+    def instruments(self) -> Mapping[str, Instrument]:
+        """The sensors at work, by name."""
+        return self._instruments
+
+    def measured(self, one: Instrument) -> tuple[float, ...]:
+        """What an instrument shows now, as numbers."""
+        acceleration = self.acceleration if one.type.accelerations else NOT_READ
+        return one.measure(self.steps, Seen(self.motion, acceleration, self.terms.gravity, self.ground))
+
+    def sense(self, name: str) -> Floats:
+        """What the sensor of that name shows of the present state, under the wrench held now: docs/how-to/sensors.md.
+
+        Its noise is that of the sample at this step, or the one before it: the same whenever it is asked for. Raises
+        ValueError where there is no sensor of that name.
+        """
+        return np.array(self.measured(named(self._instruments, name)))
+
     def reset(self, state: State | None = None, *, keep_time: bool = False) -> None:
         """Go to ``state``, or else the initial one, hold no wrench, and count steps from zero unless ``keep_time``."""
         model = self.terms.model(NO_WRENCH, self.terms.memory(self._h))
@@ -530,7 +557,8 @@ class Simulation:
     def __reduce__(self) -> tuple[Any, ...]:
         """For pickle and copy: made anew in the same way, then restored, so the same bits follow."""
         integrator = self._stepping.asked.name if self._stepping.asked else integrators.AUTO
-        options = {"rate": self.rate, "integrator": integrator, **self.terms.optional()}
+        sensors = tuple(one.sensor for one in self._instruments.values())
+        options = {"rate": self.rate, "integrator": integrator, "sensors": sensors, **self.terms.optional()}
         return _restored, (partial(type(self), self.body, self.initial_state, **options), self.save())
 
     @property

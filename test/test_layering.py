@@ -12,7 +12,19 @@ pytestmark = pytest.mark.no_numba
 ROOT = Path(__file__).parents[1]
 PACKAGE = ROOT / "rigid_body_sim"
 PHYSICS = {"kernels", "values", "mass", "effects", "terms", "theory"}
-CORE = {*PHYSICS, "integrators", "scene", "held", "actuation", "rate", "snapshot", "stepping", "runs", "simulation"}
+CORE = {
+    *PHYSICS,
+    "sensors",
+    "integrators",
+    "scene",
+    "held",
+    "actuation",
+    "rate",
+    "snapshot",
+    "stepping",
+    "runs",
+    "simulation",
+}
 MANY = {"many_bodies", "groups", "simulation"}
 ALLOWED = {  # a part, and the other parts of the package that it may import
     "command_line": set(),
@@ -24,7 +36,8 @@ ALLOWED = {  # a part, and the other parts of the package that it may import
     "terms": {"kernels", "values", "effects"},
     "theory": {"kernels", "values", "effects", "terms"},
     "integrators": {"kernels", "effects", "terms", "values"},
-    "scene": PHYSICS - {"theory"},
+    "sensors": {"kernels", "values"},
+    "scene": PHYSICS - {"theory"} | {"sensors"},
     "held": {"values"},
     "actuation": {"kernels", "values", "effects"},
     "rate": set(),
@@ -37,9 +50,10 @@ ALLOWED = {  # a part, and the other parts of the package that it may import
     "bags": {"kernels", "values", "messages", "scene"},
     "commands": {"values", "scene"},
     "scenarios": {"kernels", "values", "integrators", "scene", "held", "commands", "bags"},
-    "runs": {"kernels", "values", "terms", "theory", "integrators", "scene", "rate", "bags", "scenarios"},
+    "runs": {"kernels", "values", "terms", "theory", "sensors", "integrators", "scene", "rate", "bags", "scenarios"},
     "simulation": {
         *PHYSICS,
+        "sensors",
         "integrators",
         "scene",
         "held",
@@ -54,6 +68,7 @@ ALLOWED = {  # a part, and the other parts of the package that it may import
     "groups": {"kernels", "values", "terms", "integrators", "scene", "stepping", "many_bodies"},
     "ensemble": {
         *PHYSICS,
+        "sensors",
         "actuation",
         "integrators",
         "scene",
@@ -154,6 +169,7 @@ def test_arrows_have_no_circle():
     order = [
         *("command_line", "messages", "kernels", "values", "mass", "effects", "terms", "theory"),
         *(
+            "sensors",
             "integrators",
             "scene",
             "held",

@@ -63,13 +63,13 @@ class Loop(Generic[Plant]):
         self.failure = ""
         self.paused = scene["start_paused"]
         self.lockstep = scene["lockstep"]
+        self._outputs, self._complain = outputs, complain
         # Each body of a fleet waits by itself.
         self._start_on_command = isinstance(scene, Scene) and scene["start_on_command"]
         self._let_stay(self._start_on_command)
         self._steps_per_command = scene["steps_per_command"]
         self._every = scene.steps_per_publish
         self._keep_time = not scene["reset_time"]
-        self._outputs, self._complain = outputs, complain
         self._begin_at(0)
         self.pacer = Pacer(simulation.rate, time.monotonic_ns(), scene["real_time_factor"])
         self._clock_due_ns = 0
@@ -211,7 +211,8 @@ class Loop(Generic[Plant]):
     def _let_stay(self, waiting: bool) -> None:
         """From here on steps pass without motion, or with it."""
         self.waiting = waiting
-        self._pass_steps: Callable[[int], None] = self.simulation.wait if waiting else self.simulation.step
+        advance: Callable[[int], None] = self.simulation.wait if waiting else self.simulation.step
+        self._pass_steps = self._outputs.passing(advance, lambda: self.stamp_ns)
 
     def on_command(self) -> None:
         """In lockstep, a command advances the simulation; one that comes while paused does so when it goes on.

@@ -92,5 +92,6 @@ class Member:
     def reset(self) -> str:
         """Back to its initial state, while time and the other bodies go on."""
         self._fleet.reset(self._name)
+        self._outputs.look_again()
         self.on_changed_state()
         return f"{self._name}: initial state, no wrench; time and the other bodies go on"

@@ -22,7 +22,7 @@ from .plant import Plant
 PATIENCE = 5  # looks without a command in lockstep, one a second
 UNKNOWN = "_NODE_NAME_UNKNOWN_"  # what the middleware says until it has heard whose a publisher is
 MOST_TOPICS = 40  # at one look, each of which costs up to 0.1 ms
-SHARED = ("tf", "marker")  # outputs to which others may add without mixing them
+SHARED = ("tf", "tf_static", "marker")  # outputs to which others may add without mixing them
 
 
 class Neighbours:

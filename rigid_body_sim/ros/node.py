@@ -146,7 +146,7 @@ class RigidBodyNode(Node):
 
     def _compile(self, scene: Scene) -> None:
         """What a scene needs that was not compiled yet, which the loop has to wait for."""
-        if first_start.missing(first_start.of_scene(scene.terms(), scene["integrator.name"], scene["outputs"])):
+        if first_start.missing(first_start.of_scene(scene.terms(), scene.values)):
             self.get_logger().warning("compiling kernels for what was set: the simulation waits for some seconds")
             first_start.wait()
 

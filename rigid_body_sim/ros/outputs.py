@@ -3,6 +3,7 @@
 A quaternion is w, x, y, z inside and x, y, z, w in messages: the order changes here.
 """
 
+from collections import deque
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
@@ -19,9 +20,10 @@ from rclpy.serialization import serialize_message
 from ..kernels.vectors import qmultiply, qrotate, qrotate_back
 from ..scene import file_path
 from ..scene.loader import Scene
+from ..sensors.instrument import Instrument
 from ..simulation import Simulation
 from ..values.body import Body
-from . import templates
+from . import sensor_outputs, templates
 from .messages import inside, overridable
 
 QUEUE = 10
@@ -100,14 +102,18 @@ class Motion:
 
 @dataclass(frozen=True)
 class Output:
-    """One kind of output: its ``message`` holds all that stays the same, ``fields`` take the ``values`` of a motion."""
+    """One kind of output: its ``message`` holds all that stays the same, ``fields`` take the ``values`` of a motion.
+
+    Of a sensor they are those of what it has measured.
+    """
 
     topic: str
     message: Any
     fields: tuple[str, ...]
-    values: Callable[[Motion], Numbers]
+    values: Callable[[Any], Numbers]
     stamp: str = templates.HEADER_STAMP
     depth: int = QUEUE
+    kept: int = 1  # messages, where some are kept for those who join late
 
 
 def _vector(path: str) -> tuple[str, ...]:
@@ -285,7 +291,7 @@ def _within(space: str, output: Output) -> Output:
 class Channel:
     """The publisher of one output, ``end``. ``listeners`` is how many subscriptions there are, as far as is known.
 
-    With ``keep``, the latest message is kept for subscriptions yet to come, so there is always taken to be one. It is
+    With ``keep``, the latest messages are kept for subscriptions yet to come, so there is always taken to be one. It is
     ``wanted`` when somebody listens, or when it is recorded; ``changed()`` is called when that may be otherwise.
     """
 
@@ -306,7 +312,7 @@ class Channel:
     def _create(self, node: Node) -> Publisher:
         overriding = overridable(node, self._space, self.output.topic)
         durability = DurabilityPolicy.TRANSIENT_LOCAL if self._keep else DurabilityPolicy.VOLATILE
-        profile = QoSProfile(depth=1 if self._keep else self.output.depth, durability=durability)
+        profile = QoSProfile(depth=self.output.kept if self._keep else self.output.depth, durability=durability)
         kind, topic = type(self.output.message), self.output.topic
         create = partial(node.create_publisher, kind, topic, profile, qos_overriding_options=overriding)
         try:
@@ -336,13 +342,114 @@ class Channel:
         """Whether there is anybody for whom to make a message."""
         return self.listeners > 0 or self._record is not None
 
-    def publish(self, stamp_ns: int, motion: Motion) -> None:
+    def publish(self, stamp_ns: int, motion: Any) -> None:
         """Send the output for this motion, stamped with this time [ns]."""
         message = self._writer.write(stamp_ns, self.output.values(motion))
         if self.listeners:
             self._send(message)
         if self._record is not None:
             self._record(self._as_bytes(message))
+
+
+def _as_they_are(values: Numbers) -> Numbers:
+    return values
+
+
+class SensorChannel(Channel):
+    """The publisher of a sensor: it measures at each of its instants, once, and sends that when its delay is over.
+
+    A measurement waits with its stamp; where time has begun anew meanwhile, it is gone.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        scene: Scene,
+        simulation: Simulation,
+        one: Instrument,
+        changed: Callable[[], None],
+        space: str = "",
+    ):
+        message, fields = sensor_outputs.message_of(one, scene, space)
+        values = sensor_outputs.ORDERS.get(one.type.name, _as_they_are)
+        depth = max(QUEUE, scene["steps_per_command"] // one.every + 1)  # of one command there may be as many
+        output = Output(one.sensor.name, message, fields, values, depth=depth, kept=depth)
+        super().__init__(node, _within(space, output), scene["lockstep"], changed, space)
+        self._simulation, self._one, self._measured = simulation, one, -1
+        self._waiting: deque[tuple[int, int, Numbers]] = deque()  # step at which it is sent, stamp, and what
+
+    def look_again(self) -> None:
+        """Where the state is another one: the present step counts as not measured."""
+        self._measured = -1
+
+    def left(self) -> int:
+        """Steps from the present one to the next at which there is something to do."""
+        steps = self._simulation.steps
+        left = self._one.every - steps % self._one.every
+        return min(left, self._waiting[0][0] - steps) if self._waiting else left
+
+    def publish(self, stamp_ns: int, motion: Any) -> None:
+        """Measure, and send, what is due at the present step, which has this stamp [ns]."""
+        self.measure(stamp_ns)
+
+    def measure(self, stamp_ns: int) -> None:
+        """The same, without a motion."""
+        simulation, one = self._simulation, self._one
+        steps = simulation.steps
+        if self._waiting and steps < self._waiting[-1][0] - one.late:
+            self._waiting.clear()
+        if steps < self._measured:
+            self.look_again()
+        if steps % one.every == 0 and steps != self._measured:
+            self._measured = steps
+            if not one.late:
+                super().publish(stamp_ns, simulation.measured(one))
+                return
+            self._waiting.append((steps + one.late, stamp_ns, simulation.measured(one)))
+        while self._waiting and self._waiting[0][0] <= steps:
+            due, then_ns, values = self._waiting.popleft()
+            if due == steps:  # else nobody listened then
+                super().publish(then_ns, values)
+
+
+class FramesChannel(Channel):
+    """The publisher of frames that do not move, once and for all."""
+
+    def __init__(
+        self, node: Node, scene: Scene, made: Sequence[Instrument], changed: Callable[[], None], space: str = ""
+    ):
+        from tf2_msgs.msg import TFMessage  # there, or the output tf has been refused
+
+        message = TFMessage(transforms=sensor_outputs.frames(made, scene, space))
+        output = Output("/tf_static", message, (), lambda _: (), stamp="transforms.0.header.stamp")
+        super().__init__(node, output, True, changed, space)
+        self._is_sent = False
+
+    def publish(self, stamp_ns: int, motion: Any) -> None:
+        """Send them, the first time."""
+        if not self._is_sent:
+            super().publish(stamp_ns, motion)
+        self._is_sent = True
+
+
+def _pass_by(
+    heard: Callable[[], Sequence[SensorChannel]],
+    advance: Callable[[int], None],
+    stamp_ns: Callable[[], int],
+    n: int,
+) -> None:
+    """n steps by way of those at which sensors that are ``heard`` have something to do."""
+    while n > 0 and (channels := heard()):
+        part = n
+        for channel in channels:
+            part = min(part, channel.left())
+        advance(part)
+        n -= part
+        now_ns = stamp_ns()
+        for channel in channels:
+            channel.measure(now_ns)
+    if n > 0:
+        advance(n)
 
 
 class Outputs:
@@ -361,7 +468,14 @@ class Outputs:
         for entry in entries:
             entry.values(now)  # compiles what it needs now, not at the first listener
         self._wanted: list[Channel] = []
-        self.channels = [Channel(node, entry, scene["lockstep"], self._look_who_is_wanted, space) for entry in entries]
+        made, changed = list(simulation.instruments.values()), self._look_who_is_wanted
+        self.channels = [Channel(node, entry, scene["lockstep"], changed, space) for entry in entries]
+        sensing = [SensorChannel(node, scene, simulation, one, changed, space) for one in made]
+        self.channels[:0] = sensing  # before the clock
+        if made and "tf" in asked:
+            self.channels.append(FramesChannel(node, scene, made, changed, space))
+        for one in made:
+            simulation.measured(one)  # compiles what it needs now
         self._look_who_is_wanted()
 
     def count_listeners(self) -> None:
@@ -371,7 +485,24 @@ class Outputs:
 
     def _look_who_is_wanted(self) -> None:
         self._wanted = [channel for channel in self.channels if channel.wanted]
+        self.sensors = [channel for channel in self._wanted if isinstance(channel, SensorChannel)]
         self.heard = bool(self._wanted)
+
+    def passing(self, advance: Callable[[int], None], stamp_ns: Callable[[], int]) -> Callable[[int], None]:
+        """``advance``, which takes so many steps; where there are sensors one that publishes them on the way, too.
+
+        ``stamp_ns`` says the time [ns] in stamps of the present step. It is asked for anew after each reset.
+        """
+        if not self._simulation.instruments:
+            return advance
+        self.look_again()
+        return partial(_pass_by, lambda: self.sensors, advance, stamp_ns)
+
+    def look_again(self) -> None:
+        """The present step is measured again where it is published next."""
+        for channel in self.channels:
+            if isinstance(channel, SensorChannel):
+                channel.look_again()
 
     def tick(self, stamp_ns: int) -> None:
         """Send the clock alone."""
@@ -402,6 +533,16 @@ class FleetOutputs:
     def heard(self) -> bool:
         """Whether anybody listens to anything of any body, or records it."""
         return any(one.heard for one in self._outputs.values())
+
+    def passing(self, advance: Callable[[int], None], stamp_ns: Callable[[], int]) -> Callable[[int], None]:
+        """As of Outputs, for the sensors of all bodies."""
+        if all(one.passing(advance, stamp_ns) is advance for one in self._outputs.values()):
+            return advance
+        return partial(_pass_by, self._heard_sensors, advance, stamp_ns)
+
+    def _heard_sensors(self) -> list[SensorChannel]:
+        going = (one for name, one in self._outputs.items() if name not in self._stopped)
+        return [channel for one in going for channel in one.sensors]
 
     def count_listeners(self) -> None:
         """Look who listens."""

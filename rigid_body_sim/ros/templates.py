@@ -110,7 +110,7 @@ def writer(message: Any, fields: Sequence[str], stamp: str = HEADER_STAMP) -> tu
 
 
 def _follow(message: Any, path: str) -> Any:
-    for name in path.split("."):
+    for name in filter(None, path.split(".")):
         message = message[int(name)] if name.isdigit() else getattr(message, name)
     return message
 

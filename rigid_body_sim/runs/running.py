@@ -13,6 +13,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 
 from ..kernels.arrays import Floats, Integers
+from ..sensors.instrument import Record
 from ..values.state import BodyState
 from ..values.wrench import Wrench
 from .schedule import MOST_STEPS, WrenchSchedule
@@ -42,7 +43,7 @@ class Inside(NamedTuple):
 
     ``now()`` are flat states, and ``made(steps, rows of them)`` is what the run returns. ``takes()`` says of which
     ``Wrench.turns`` a command may be in the midst of ``follow``; it is empty where that cannot be called.
-    ``follow(n, commands, kept, since, every)`` is a script of integrators.script.
+    ``follow(n, commands, kept, since, every)`` is a script of integrators.script. ``record`` takes what is measured.
     """
 
     now: Callable[[], Floats]
@@ -51,6 +52,7 @@ class Inside(NamedTuple):
     command: Callable[[Any], None] | None  # of actuators, where there are some
     takes: Callable[[], tuple[bool, ...]]
     follow: Callable[[int, Floats, Floats, int, int], int]
+    record: Record | None = None
 
 
 class Run:
@@ -77,6 +79,7 @@ class Run:
             ) from None
         self._stopped = ""
         self._keep()
+        self._measure()
 
     @property
     def trajectory(self) -> Any:
@@ -87,6 +90,7 @@ class Run:
             rows, steps = rows + 1, [*steps, self._simulation.steps]
         found = self._inside.made(np.array(steps), self._kept[:rows].copy())
         found.commands, found.stopped = self._commands, self._stopped
+        found.samples = {} if self._inside.record is None else self._inside.record.taken(found.rate)
         return found
 
     def go(self, controller: Callable[[Any, float], Any] | None, control_every: int, progress: bool | None) -> None:
@@ -149,7 +153,12 @@ class Run:
             if (end := min(until, self._followed_to())) > done:
                 self._follow(end - done)
             else:
-                self._step(min(until, self._at(self._next), done + self._every - done % self._every) - done)
+                self._step(min(until, self._at(self._next), done + self._until_kept(done)) - done)
+
+    def _until_kept(self, done: int) -> int:
+        """Steps to the next state that is kept, or the next measurement."""
+        left, record = self._every - done % self._every, self._inside.record
+        return left if record is None else min(left, record.until(self._simulation.steps))
 
     def _at(self, row: int) -> int:
         """Step of a command; beyond the run after the last one."""
@@ -157,7 +166,7 @@ class Run:
 
     def _followed_to(self) -> int:
         """Step up to which nothing comes that a script does not take."""
-        kinds = self._inside.takes()
+        kinds = self._inside.takes() if self._inside.record is None else ()
         if not kinds:
             return self._done
         if len(kinds) == 2 or self._next == len(self._commands):
@@ -180,6 +189,11 @@ class Run:
         self._simulation.step(n)
         if self._done % self._every == 0:
             self._keep()
+        self._measure()
+
+    def _measure(self) -> None:
+        if self._inside.record is not None:
+            self._inside.record.take(self._simulation.steps)
 
     def _keep(self) -> None:
         self._kept[self._rows] = self._inside.now()

@@ -6,6 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from ..kernels.arrays import Floats, Integers
+from ..sensors.instrument import Samples, named
 from ..terms import Terms
 from .schedule import WrenchSchedule
 from .trajectory import States, Trajectory
@@ -24,6 +25,8 @@ class Trajectories(States):
         Bodies that could not go on, and why; their states stay as they were.
     stopped : str
         Why the run ended before its time: a sentence, empty where it did not.
+    samples : mapping of str to Samples
+        What each sensor measured on the way.
     """
 
     def __init__(
@@ -40,6 +43,7 @@ class Trajectories(States):
         steps.flags.writeable = False
         self.commands: WrenchSchedule | None = None
         self.stopped = ""
+        self.samples: Mapping[str, Samples] = {}
 
     def __len__(self) -> int:
         return len(self._terms)
@@ -47,12 +51,18 @@ class Trajectories(States):
     def __getitem__(self, i: int) -> Trajectory:
         one = Trajectory(self._terms[i], self.rate, self.steps.copy(), np.ascontiguousarray(self._rows[:, i]))
         one.commands, one.stopped = self.commands, self.stopped_bodies.get(i, self.stopped)
+        one.samples = {name: Samples(found.time, found.values[:, i]) for name, found in self.samples.items()}
         return one
 
     @property
     def time(self) -> Floats:
         """Simulated time [s], shape (k,)."""
         return self.steps / self.rate
+
+    def sense(self, name: str) -> Samples:
+        """What a sensor of each body measured, with values of shape (k, n, m): see Trajectory.sense."""
+        found: Samples = named(self.samples, name)
+        return found
 
     @cached_property
     def kinetic_energy(self) -> Floats:

@@ -1,7 +1,7 @@
 """The motion that a run has come to, as arrays."""
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import cache, cached_property
 from pathlib import Path
 from typing import Any
@@ -12,6 +12,7 @@ from ..kernels import compiled
 from ..kernels import state as flat
 from ..kernels.arrays import Floats, Integers
 from ..kernels.model import INSIDE
+from ..sensors.instrument import Samples, named
 from ..terms import Terms
 from ..theory import invariants
 from ..values.wrench import Wrench
@@ -66,6 +67,11 @@ class States:
         return each.reshape(-1, INSIDE.stop)
 
     @property
+    def motion(self) -> Floats:
+        """All of what Simulation.motion says, shape (..., 19)."""
+        return self._motion
+
+    @property
     def position(self) -> Floats:
         """Position [m] of the body frame's origin, world axes, shape (..., 3)."""
         return self._motion[..., 0:3]
@@ -109,6 +115,8 @@ class Trajectory(States):
         What the run was given.
     stopped : str
         Why the run ended before its time: a sentence, empty where it did not.
+    samples : mapping of str to Samples
+        What each sensor measured on the way.
     """
 
     def __init__(self, terms: Terms, rate: float, steps: Integers, states: Floats):
@@ -117,6 +125,7 @@ class Trajectory(States):
         steps.flags.writeable = False
         self.commands: WrenchSchedule | None = None
         self.stopped = ""
+        self.samples: Mapping[str, Samples] = {}
 
     def __len__(self) -> int:
         return len(self.steps)
@@ -135,6 +144,15 @@ class Trajectory(States):
     def potential_energy(self) -> Floats:
         """Potential energy [J] in gravity, constant forces, tethers and contacts, shape (n,); see theory.invariants."""
         return _kept(invariants.potential_energy(self._terms, self))
+
+    def sense(self, name: str) -> Samples:
+        """What a sensor measured at all its instants in the run, its beginning included, whatever states were kept.
+
+        Each is taken as its step is reached, before what is commanded there: the bits of Simulation.sense. Raises
+        ValueError where the run had no sensor of that name.
+        """
+        found: Samples = named(self.samples, name)
+        return found
 
     def to_pandas(self) -> Any:
         """A DataFrame by time [s], with columns such as position.x and kinetic_energy. Needs pandas."""

@@ -336,6 +336,9 @@ def _of_body(name: str, place: int, shared: Given, own: Given, names: tuple[str,
         given["outputs"] = clocked
     if COUNT in shared and "initial.position" not in own:
         given["initial.position"] = _in_grid(place, shared)
+    for sensor in schema.members("sensors", given):
+        if (key := f"sensors.{sensor}.seed") not in own:  # so that each body has noise of its own
+            given[key] = schema.find(key).read(key, given.get(key, 0)) + place
     frame = given.get("body.frame_id", schema.BY_NAME["body.frame_id"].default)
     if isinstance(frame, str) and frame.strip():
         given["body.frame_id"] = _own_frame(name, frame)

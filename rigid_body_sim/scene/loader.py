@@ -10,8 +10,11 @@ from typing import Any
 
 import numpy as np
 
+from .. import sensors
 from ..effects import REGISTRY
 from ..effects.actuators import MOST_STEPS_LATE
+from ..sensors.base import Sensor
+from ..sensors.instrument import in_steps
 from ..terms import Terms
 from ..values import rotation
 from ..values.body import Body, positive
@@ -45,6 +48,10 @@ class Frame:
 
 
 MOST_STEPS_PER_PUBLISH = 1e9
+ALWAYS_TOPICS = (  # of the node, beside outputs and those with wrenches; some only where there is what they are for
+    *("pose", "twist", "impulse", "set_pose", "set_twist", "fluid_velocity", "actuator_commands", "actuators"),
+    *("tf", "tf_static", "clock", "diagnostics", "rosout", "parameter_events"),
+)
 MOST_NAMED = 3  # parameters that do not go together, in a message
 DEFAULT_NODE = "/rigid_body_node"
 _log = logging.getLogger("rigid_body_sim")
@@ -81,6 +88,7 @@ class Scene:
         self._check_lockstep()
         self._check_actuated()
         self._check_delays()
+        self._check_sensors()
         self.terms()
         self.initial_state()
 
@@ -91,6 +99,13 @@ class Scene:
                 f"parameter wrench.timeout = {timeout:g}: is shorter than a step of {1.0 / rate:.6g} s, "
                 "and a command acts for one step"
             )
+        for name in schema.members("sensors", self.values):
+            delay = self[f"sensors.{name}.delay"]
+            if abs(delay * rate - round(delay * rate)) > 1e-6:
+                yield (
+                    f"parameter sensors.{name}.delay = {delay:g}: is no whole number of steps of {1.0 / rate:.6g} s, "
+                    f"and taken as {round(delay * rate) / rate:.6g} s"
+                )
 
     def changed(self, changes: Mapping[str, Any]) -> "Scene":
         """The scene with other values for some parameters; what followed from others follows from them anew.
@@ -168,6 +183,36 @@ class Scene:
             given = [schema.shown_name(one) for one in self._given if one.split(".")[0] in groups]
             more = f" and {len(given) - MOST_NAMED} more" if len(given) > MOST_NAMED else ""
             raise ValueError(f"parameter {', '.join(given[:MOST_NAMED])}{more}: {reason}") from None
+
+    def sensors(self) -> tuple[Sensor, ...]:
+        """Those described by ``sensors.*``, in alphabetical order."""
+        return tuple(map(self._sensor, schema.members("sensors", self.values)))
+
+    def _sensor(self, name: str) -> Sensor:
+        try:
+            sensor = sensors.read(name, self.values, attitude.quaternion(self.values, f"sensors.{name}"))
+            in_steps(sensor, self["rate"])
+        except ValueError as reason:
+            said, given = str(reason), f"sensor {shown(name)}: "
+            told = f"parameter sensors.{name}: {said.removeprefix(given)}"
+            raise ValueError(told if said.startswith(given) else said) from None
+        return sensor
+
+    def _check_sensors(self) -> None:
+        """Leave out parameters that the type of a sensor does not have; see sensors.read.
+
+        Raises ValueError for a sensor that cannot be, or one with the name of another topic of the node.
+        """
+        there = (*ALWAYS_TOPICS, *self["outputs"], *(topic.lstrip("/") for topic in self["wrench.topics"]))
+        for sensor in self.sensors():
+            if sensor.name in there:
+                raise ValueError(
+                    f"parameter sensors.{sensor.name}: the node has a topic {sensor.name} without it; give the sensor "
+                    "another name, which is that of its topic"
+                )
+            for row in sensors.ROWS:
+                if not sensors.REGISTRY[sensor.type].has(row):
+                    self.values.pop(row.name.replace("<name>", sensor.name), None)
 
     def _steps_per_publish(self) -> int:
         rate, publish_rate = self["rate"], self["publish_rate"]

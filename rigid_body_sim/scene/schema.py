@@ -9,7 +9,7 @@ import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
-from .. import effects
+from .. import effects, sensors
 from ..effects import link
 from ..mass.shapes import SHAPES
 from ..values.parameter import MOST_SHOWN, NAMES, OPEN, Parameter, dotted, shown
@@ -174,6 +174,9 @@ TABLE: tuple[Parameter, ...] = (
     Parameter("initial.angular_velocity", tuple, _ZERO, "Angular velocity, body axes.", "rad/s", length=3),
     Parameter("gravity", tuple, _ZERO, "Acceleration of free fall, world axes.", "m/s²", length=3, dynamic=True),
     *(row for effect in effects.REGISTRY.values() for row in effect.parameters),
+    *sensors.OF_ALL,
+    *attitude("sensors.<name>", "its axes to body"),
+    *sensors.ROWS,
     Parameter("frames.<name>.position", tuple, _ZERO, "Origin of a frame fixed to the body, body axes.", "m", length=3),
     *attitude("frames.<name>", "that frame to body"),
     Parameter(
@@ -204,7 +207,8 @@ TABLE: tuple[Parameter, ...] = (
         "record.topics",
         NAMES,
         (),
-        "Topics recorded; empty = all: pose, twist, outputs, commands, impulse, set_pose, set_twist, fluid_velocity.",
+        "Topics recorded; empty = all: pose, twist, outputs, sensors, commands, impulse, set_pose, set_twist, "
+        "fluid_velocity.",
     ),
     Parameter("bodies", NAMES, (), "Names of several bodies; empty = one. See docs/how-to/several_bodies.md."),
     Parameter(

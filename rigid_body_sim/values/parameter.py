@@ -1,5 +1,6 @@
 """What a parameter is: its name, type, unit, default, range and text, and how a value given for it is read."""
 
+import difflib
 import math
 from collections import Counter
 from collections.abc import Iterable, Mapping, Set
@@ -96,7 +97,7 @@ class Parameter:
         if self.optional and not value:
             return
         if self.choices and value not in self.choices:
-            raise ValueError(f"is not allowed; give {self.rule}")
+            raise ValueError(f"is not allowed; give {self.rule}{self._meant(value)}")
         if self.length and len(value) != self.length:
             raise ValueError(f"has {len(value)} entries; give {self.length}, such as {self._example}")
         numbers = value if self.type is tuple else (value,) if self.type in (int, float) else ()
@@ -112,6 +113,11 @@ class Parameter:
             raise ValueError(f"is out of range; give {'a number that is ' * (self.type is not tuple)}{self.rule}")
         if self.type is str and not value.strip():
             raise ValueError(f"is empty; give a name such as {self.default!r}")
+
+    def _meant(self, value: Any) -> str:
+        """The choice that a text is nearest to, where one is near."""
+        near = difflib.get_close_matches(str(value), self.choices, n=1)
+        return f"; did you mean {near[0]}?" if near else ""
 
     def _check_names(self, names: tuple[Any, ...]) -> None:
         if not names and self.default:

@@ -87,6 +87,9 @@ class Unheard:
 
     heard = False
 
+    def passing(self, advance, _):
+        return advance
+
     def publish(self, _):
         pass
 

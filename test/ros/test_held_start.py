@@ -40,6 +40,9 @@ class Published:
     def __init__(self, simulation):
         self.simulation, self.steps, self.motions = simulation, [], []
 
+    def passing(self, advance, _):
+        return advance
+
     def publish(self, _):
         self.steps.append(self.simulation.steps)
         self.motions.append(self.simulation.motion)

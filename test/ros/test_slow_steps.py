@@ -30,6 +30,9 @@ class Slow:
         self.now_ns += n * self.cost_ns
         self._step(n)
 
+    def passing(self, advance, _):
+        return advance
+
     def publish(self, _):
         self.published.append(self.simulation.steps)
 
