@@ -43,6 +43,7 @@ setup(
         "mesh": ["trimesh"],
         "report": ["matplotlib", "mpmath", "tqdm"],
         "bag": ["mcap>=1.5", "rosbags>=0.11", "tqdm"],
+        "view": ["viser>=1.0"],
         "dask": ["distributed"],
         "rl": ["gymnasium>=1.1"],
         "sensors": ["pyproj"],  # what sensors of type gnss need
@@ -68,6 +69,7 @@ setup(
             "scipy",
             "tqdm",
             "trimesh",
+            "viser>=1.0",
         ],
     },
     entry_points={
@@ -75,6 +77,7 @@ setup(
             "rigid_body_node = rigid_body_sim.ros.main:main",
             "rigid_body_demo = rigid_body_sim.tools.demo:main",
             "rigid_body_report = rigid_body_sim.report.main:main",
+            "rigid_body_view = rigid_body_sim.tools.view:main",
             "rigid_body_resim = rigid_body_sim.tools.resim_main:main",
             "pointing_controller = rigid_body_sim.tools.pointing_controller:main",
             "actuator_controller = rigid_body_sim.tools.actuator_controller:main",

@@ -50,7 +50,11 @@ ALLOWED = {  # a part, and the other parts of the package that it may import
     "bags": {"kernels", "values", "messages", "scene"},
     "commands": {"values", "scene"},
     "scenarios": {"kernels", "values", "integrators", "scene", "held", "commands", "bags"},
-    "runs": {"kernels", "values", "terms", "theory", "sensors", "integrators", "scene", "rate", "bags", "scenarios"},
+    "view": {"kernels", "values", "effects", "terms", "scene"},
+    "runs": {
+        *("kernels", "values", "terms", "theory", "sensors", "integrators", "scene", "rate"),
+        *("bags", "scenarios", "view"),
+    },
     "simulation": {
         *PHYSICS,
         "sensors",
@@ -84,7 +88,18 @@ ALLOWED = {  # a part, and the other parts of the package that it may import
     "resim": {*CORE, "fleet", "commands", "bags", "scenarios", "ensemble"},
     "ros": {*CORE, "fleet", "first_start", "commands", "messages", "bags", "resim", "command_line"},
     "report": {*CORE, "ensemble", "command_line"},
-    "tools": {*CORE, "first_start", "ros", "bags", "scenarios", "resim", "command_line"},
+    "tools": {
+        *CORE,
+        "first_start",
+        "ros",
+        "commands",
+        "messages",
+        "bags",
+        "scenarios",
+        "resim",
+        "view",
+        "command_line",
+    },
     "": {*CORE, "ensemble", "fleet"},  # the package's own __init__
 }
 WITH_ROS = {"ros", "tools"}
@@ -143,6 +158,8 @@ def complaints(text, module):
             yield f"{module} imports {name}: only ros and tools may use ROS"
         if name.split(".")[0] == "numba" and module.removeprefix("rigid_body_sim.") not in NUMBA_HOMES:
             yield f"{module} imports {name}: only {' and '.join(NUMBA_HOMES)} may use numba"
+        if name.split(".")[0] == "viser" and home != "view":
+            yield f"{module} imports {name}: only view may use viser"
         if name.split(".")[0] == "gymnasium" and home != "envs":
             yield f"{module} imports {name}: only envs may use gymnasium"
 
@@ -181,6 +198,7 @@ def test_arrows_have_no_circle():
             "commands",
             "bags",
             "scenarios",
+            "view",
             "runs",
             "simulation",
             "many_bodies",
@@ -267,6 +285,7 @@ BAD = {  # a module, its text, and what is said about it
         "only kernels.compiled and kernels.kernel_cache and kernels.lock and kernels.quick_compiling and "
         "kernels.straight_line may use numba",
     ),
+    "viser elsewhere": ("tools.view", "def f():\n    import viser", "only view may use viser"),
     "gymnasium elsewhere": ("runs.running", "from gymnasium import spaces", "only envs may use gymnasium"),
 }
 

@@ -20,9 +20,9 @@ from rclpy.serialization import serialize_message
 from ..kernels.vectors import qmultiply, qrotate, qrotate_back
 from ..scene import file_path
 from ..scene.loader import Scene
+from ..scene.solid import BOX, CYLINDER, ELLIPSOID, MESH, solid
 from ..sensors.instrument import Instrument
 from ..simulation import Simulation
-from ..values.body import Body
 from . import sensor_outputs, templates
 from .messages import inside, overridable
 
@@ -203,49 +203,22 @@ def _marker(scene: Scene, simulation: Simulation) -> Output:
     # Exact as float32, in which colours are sent.
     message.color.r, message.color.g, message.color.b, message.color.a = 0.375, 0.625, 0.875, 1.0
     shown = simulation.body
-    kind, size, point, q = _look(scene, shown)
-    message.type = getattr(Marker, kind)
-    if kind == "MESH_RESOURCE":
+    kind, size, point, q = solid(scene.values, shown)
+    message.type = getattr(Marker, _MARKERS[kind])
+    if kind == MESH:
         message.mesh_resource = file_path.url(scene["body.mesh_file"])
 
     def values(motion: Motion) -> Numbers:
         nonlocal shown, size, point, q
         if motion.simulation.body is not shown:
             shown = motion.simulation.body
-            _, size, point, q = _look(scene, shown)
+            _, size, point, q = solid(scene.values, shown)
         return *motion.placed(point, q), *size
 
     return Output("marker", message, _pose_of("pose") + _vector("scale"), values)
 
 
-# Kind of marker and its size along the axes, from the dimensions.
-_SHAPES: dict[str, tuple[str, Callable[..., Numbers]]] = {
-    "sphere": ("SPHERE", lambda r: (2 * r, 2 * r, 2 * r)),
-    "hollow_sphere": ("SPHERE", lambda r, _: (2 * r, 2 * r, 2 * r)),
-    "ellipsoid": ("SPHERE", lambda x, y, z: (2 * x, 2 * y, 2 * z)),
-    "box": ("CUBE", lambda x, y, z: (x, y, z)),
-    "cylinder": ("CYLINDER", lambda r, length: (2 * r, 2 * r, length)),
-    "tube": ("CYLINDER", lambda r, _, length: (2 * r, 2 * r, length)),
-}
-_NO_TURN = (1.0, 0.0, 0.0, 0.0)
-
-
-def _look(scene: Scene, body: Body) -> tuple[str, Sequence[float], Sequence[float], Sequence[float]]:
-    """Kind of marker, size [m], and where it sits in the body frame: point [m] and quaternion w, x, y, z.
-
-    The size of a mesh is the length of its units. A body of no shape that a marker has shows as the even ellipsoid of
-    its mass and inertia, I_x = m (b² + c²) / 5.
-    """
-    if scene["body.mesh_file"]:
-        return "MESH_RESOURCE", scene["body.mesh_scale"], (0.0, 0.0, 0.0), _NO_TURN
-    center = body.center_of_mass.tolist()
-    if scene["body.shape"] in _SHAPES:
-        kind, size = _SHAPES[scene["body.shape"]]
-        return kind, size(*scene["body.dimensions"]), center, _NO_TURN
-    moments = body.principal_moments / body.mass
-    size = 2.0 * np.sqrt(np.maximum(0.0, 2.5 * (moments.sum() - 2.0 * moments)))
-    # RViz does not show what has no extent along an axis, as a thin disc's ellipsoid has not.
-    return "SPHERE", np.maximum(size, 0.01 * size.max()).tolist(), center, body.q_body_principal.tolist()
+_MARKERS = {ELLIPSOID: "SPHERE", BOX: "CUBE", CYLINDER: "CYLINDER", MESH: "MESH_RESOURCE"}
 
 
 def _tf(scene: Scene, _: Simulation) -> Output:

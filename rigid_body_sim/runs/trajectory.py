@@ -4,7 +4,7 @@ import os
 from collections.abc import Callable, Mapping
 from functools import cache, cached_property
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -12,11 +12,15 @@ from ..kernels import compiled
 from ..kernels import state as flat
 from ..kernels.arrays import Floats, Integers
 from ..kernels.model import INSIDE
+from ..scene.loader import Scene
 from ..sensors.instrument import Samples, named
 from ..terms import Terms
 from ..theory import invariants
 from ..values.wrench import Wrench
 from .schedule import WrenchSchedule
+
+if TYPE_CHECKING:
+    from ..view.player import Player
 
 COLUMNS = {  # of each array with several numbers in a row, for tables
     "position": "xyz",
@@ -210,6 +214,24 @@ class Trajectory(States):
         from .plot import figure
 
         return figure(self)
+
+    def view(self, scene: Scene | None = None, *, host: str = "127.0.0.1", port: int = 0) -> "Player":
+        """Show the run on a page in the browser, with a time line; in a notebook, below the cell. Needs viser.
+
+        The body looks as ``scene`` describes it, else as the even ellipsoid of its mass and inertia. The page is served
+        in the background, on this machine alone unless ``host`` says otherwise, until ``close()`` or the program's end;
+        ``url`` is its address, and port 0 is any that is free. ``save(path)`` writes a page that plays by itself.
+
+        Raises ViewError (``rigid_body_sim.view.page``) without viser, and where nothing can listen there.
+        """
+        from ..view.moment import Recording
+        from .shown import player, with_commands
+
+        shown = Recording(self.time, self.position, self.orientation)
+        if self.commands is not None:
+            at = (self.commands.steps + self.steps[0]) / self.rate
+            shown = with_commands(shown, at, self.commands.values, self._terms.body.center_of_mass)
+        return player(shown, self._terms, scene, host, port)
 
     def __repr__(self) -> str:
         shape = f"{len(self)} states from {self.time[0]:g} s to {self.time[-1]:g} s at {self.rate:g} Hz"

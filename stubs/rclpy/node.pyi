@@ -19,7 +19,13 @@ class Node:
     _parameter_overrides: dict[str, Parameter]
 
     def __init__(
-        self, node_name: str, *, context: Context | None = None, parameter_overrides: list[Parameter] | None = None
+        self,
+        node_name: str,
+        *,
+        context: Context | None = None,
+        parameter_overrides: list[Parameter] | None = None,
+        start_parameter_services: bool = True,
+        enable_rosout: bool = True,
     ) -> None: ...
     @property
     def context(self) -> Context: ...

@@ -1,3 +1,5 @@
+from typing import Any
+
 from rclpy.qos import QoSProfile
 
 class Subscription:
@@ -5,4 +7,6 @@ class Subscription:
     qos_profile: QoSProfile
     @property
     def topic_name(self) -> str: ...
+    @property
+    def handle(self) -> Any: ...
     def get_publisher_count(self) -> int: ...
