@@ -10,6 +10,7 @@ DOCS := .venv-docs
 SAMPLE ?= 0
 COMMITS ?= HEAD^!
 QUICK ?=
+VIEW ?=
 # Whose rclpy .venv takes from PyPI where no ROS is sourced: jazzy or kilted.
 ROS_WHEELS ?= jazzy
 ifeq ($(findstring [$(ROS_WHEELS)],[jazzy] [kilted]),)
@@ -24,8 +25,8 @@ READY := $(VENV)/.ready-$(if $(AMENT_PREFIX_PATH),ros-$(ROS_DISTRO),pypi-$(ROS_W
 help: ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/make \1\t\2/p' $(MAKEFILE_LIST)
 
-demo: $(READY) ## run the demo
-	@$(VENV)/bin/rigid_body_demo
+demo: $(READY) ## run the demo (VIEW=1: show it in the browser, until Ctrl-C)
+	@$(VENV)/bin/rigid_body_demo $(if $(VIEW),--view)
 
 test: $(READY) ## run all tests, those with ROS file by file, those marked no_numba again without numba
 	$(VENV)/bin/python -m pytest -n 2 -m "not ros and not nightly"

@@ -43,7 +43,7 @@ setup(
         "mesh": ["trimesh"],
         "report": ["matplotlib", "mpmath", "tqdm"],
         "bag": ["mcap>=1.5", "rosbags>=0.11", "tqdm"],
-        "view": ["viser>=1.0"],
+        "view": ["viser>=1.1"],
         "dask": ["distributed"],
         "rl": ["gymnasium>=1.1"],
         "sensors": ["pyproj"],  # what sensors of type gnss need
@@ -69,7 +69,7 @@ setup(
             "scipy",
             "tqdm",
             "trimesh",
-            "viser>=1.0",
+            "viser>=1.1",
         ],
     },
     entry_points={

@@ -5,8 +5,10 @@ import contextlib
 import math
 import os
 import random
+import re
 import sys
 import time
+import webbrowser
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -20,7 +22,7 @@ from ..scene.loader import Scene, load_scene
 from ..scene.schema import PARTS
 from ..values import rotation
 from . import demo_plot, findings
-from .processes import ChildError, Children, children
+from .processes import Child, ChildError, Children, children
 
 if TYPE_CHECKING:
     from rclpy.executors import Executor
@@ -33,6 +35,7 @@ TARGET = (1.0, 0.0, 0.0, 0.0)  # body axes along the world's
 MAX_TORQUE = 0.05  # N m
 CONNECTED_WITHIN = 120.0  # s: kernels may have to be compiled on a slow machine
 NEXT_POSE_WITHIN = 10.0  # s
+PAGE_WITHIN = 60.0  # s
 HOW_TO_INSTALL = "pip install 'rigid_body_sim[report]'"
 
 
@@ -44,8 +47,15 @@ def main(args: list[str] | None = None) -> int:
             if not arguments.out.absolute().parent.is_dir():
                 raise ValueError(f"--out {arguments.out}: there is no such folder")
             scene = load_scene(arguments.scene)
-            heard = _watch(arguments.scene, scene, arguments.duration)
-            _report(scene, heard, arguments)
+            _private_domain()
+            with children() as running:
+                viewer = _start_viewer(running) if arguments.view else None
+                heard = _watch(running, arguments.scene, scene, arguments.duration)
+                if viewer is None:
+                    running.end()
+                _report(scene, heard, arguments)
+                if viewer is not None:
+                    _go_on(running)
     except _DemoError as ended:
         print(f"rigid_body_demo: {ended}", file=sys.stderr)
         return ended.status
@@ -84,6 +94,9 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "--out", type=Path, default=Path("rigid_body_demo.png"), help="the picture (default %(default)s)"
     )
+    parser.add_argument(
+        "--view", action="store_true", help="show it in the browser meanwhile, and go on after that until Ctrl-C"
+    )
     parser.add_argument("--scene", type=Path, default=None, help="parameter file of the node (default: satellite.yaml)")
     parser.set_defaults(scene=installed_scene("satellite"))
     return parser
@@ -102,35 +115,56 @@ def _seconds(text: str) -> float:
 # Watching -------------------------------------------------------------------------------------------------------------
 
 
-def _watch(scene_path: Path, scene: Scene, duration: float) -> "Listener":
-    """Run node and controller for ``duration`` simulated seconds and return what was heard."""
-    _private_domain()
+def _watch(running: Children, scene_path: Path, scene: Scene, duration: float) -> "Listener":
+    """Run node and controller for ``duration`` simulated seconds and return what was heard; both go on after that."""
     import rclpy
 
     from ..ros.executor import executor_for
     from .listener import Listener
 
-    with children() as running:
-        # Signals stay with Python here: they end the children first.
-        rclpy.init(args=[], signal_handler_options=rclpy.SignalHandlerOptions.NO)
-        try:
-            listener = Listener(scene)
-            executor = executor_for(listener)
-            # The body waits until all three hear one another: nothing shall act on it unrecorded.
-            _start_node(running, scene_path, scene)
-            _start_controller(running, scene)
-            for _ in _listening(executor, listener, running, CONNECTED_WITHIN):
-                if listener.let_go():
+    # Signals stay with Python here: they end the children first.
+    rclpy.init(args=[], signal_handler_options=rclpy.SignalHandlerOptions.NO)
+    try:
+        listener = Listener(scene)
+        executor = executor_for(listener)
+        # The body waits until all three hear one another: nothing shall act on it unrecorded.
+        _start_node(running, scene_path, scene)
+        _start_controller(running, scene)
+        for _ in _listening(executor, listener, running, CONNECTED_WITHIN):
+            if listener.let_go():
+                break
+        with _progress(duration) as show:
+            for _ in _listening(executor, listener, running, NEXT_POSE_WITHIN):
+                if listener.orientations:
+                    show(listener)
+                if listener.seconds >= duration:
                     break
-            with _progress(duration) as show:
-                for _ in _listening(executor, listener, running, NEXT_POSE_WITHIN):
-                    if listener.orientations:
-                        show(listener)
-                    if listener.seconds >= duration:
-                        break
-        finally:
-            rclpy.try_shutdown()
+    finally:
+        rclpy.try_shutdown()
     return listener
+
+
+def _start_viewer(running: Children) -> Child:
+    """The page, told and opened where there is a screen."""
+    viewer, deadline = running.start("rigid_body_sim.tools.view", ["--port", "0"]), time.monotonic() + PAGE_WITHIN
+    while not (url := re.search(r"http://\S+", viewer.said())):
+        running.check()
+        if time.monotonic() > deadline:
+            raise TimeoutError(f"rigid_body_view has no page after {PAGE_WITHIN:g} s")
+        time.sleep(0.05)
+    print(f"The view: {url[0]}", flush=True)
+    if os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"):
+        webbrowser.open(url[0])
+    return viewer
+
+
+def _go_on(running: Children) -> None:
+    """Until Ctrl-C, which is how it ends."""
+    print("Node, controller and view go on; Ctrl-C ends them.", flush=True)
+    with contextlib.suppress(KeyboardInterrupt):
+        while True:
+            running.check()
+            time.sleep(0.2)
 
 
 def _private_domain() -> None:

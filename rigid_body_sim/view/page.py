@@ -32,7 +32,8 @@ def open_page(title: str, host: str = HOST, port: int = PORT) -> Any:
         server = viser.ViserServer(host=host, port=port, label=title, verbose=False)
     # viser can ask a server outside for a public address of the page; whoever has the page open shall not.
     server.request_share_url = _not_shared
-    server.gui.configure_theme(show_logo=False, show_share_button=False, control_layout="fixed")
+    server.gui.configure_theme(show_logo=False, show_share_button=False)
+    server.gui.main_panel.dock_right()
     return server
 
 

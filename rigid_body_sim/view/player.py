@@ -7,6 +7,9 @@ import time
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
+import numpy as np
+
+from ..kernels.arrays import Floats
 from . import page
 from .look import Look
 from .moment import Recording, span
@@ -114,12 +117,17 @@ class Player:
         """Write a page that plays by itself, in any browser, without a server or a network. Raises OSError."""
         self._switch(False)
         self._show(self._first)
+        self._stage.put_camera(self._stage.server.initial_camera, self._path())
         recorder = self._stage.server.get_scene_serializer()
         count = min(MOST_SAVED, int((self._last - self._first) * page.RATE) + 1)
         for i in range(count):
             self._show(self._first + i * (self._last - self._first) / max(1, count - 1))
             recorder.insert_sleep(PERIOD)
         Path(path).write_text(recorder.as_html(), encoding="utf-8")
+
+    def _path(self) -> Floats:
+        """All positions [m], shape (n, 3)."""
+        return np.concatenate([one.position for one in self._recordings.values()])
 
     def _repr_html_(self) -> str:
         """In a notebook: the page itself."""

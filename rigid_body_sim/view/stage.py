@@ -34,7 +34,7 @@ class Stage:
         self._distance = 0.0  # of the camera [m]
         self._follow: Any = None
         self._looked_at: Floats | None = None
-        self.server.on_client_connect(lambda client: self._put_camera(client.camera))
+        self.server.on_client_connect(lambda client: self.put_camera(client.camera))
 
     def add_switches(self) -> None:
         """The panel's last part: what is shown."""
@@ -80,20 +80,26 @@ class Stage:
             spread = max(math.dist(place, middle) for place in places)
             self._distance += 3.0 * spread
             self._looked_at = middle
-            self._put_camera(self.server.initial_camera)
             for client in self.server.get_clients().values():
-                self._put_camera(client.camera)
+                self.put_camera(client.camera)
         moved = middle - self._looked_at
         if self._follow is not None and self._follow.value and np.abs(moved).max() > _STEP * self._distance:
             self._looked_at = middle
             for client in self.server.get_clients().values():
                 client.camera.position = client.camera.position + moved  # which takes look_at along
 
-    def _put_camera(self, camera: Any) -> None:
-        """Where it begins: who comes later looks at where the bodies are by then."""
-        if self._looked_at is not None:
-            camera.position = self._looked_at + self._distance * np.array(_FROM)
-            camera.look_at = self._looked_at
+    def put_camera(self, camera: Any, path: Floats | None = None) -> None:
+        """Where it begins: who comes later looks at where the bodies are by then; or so that a path, (n, 3), is seen.
+
+        viser's ``initial_camera`` is for saved pages alone: a browser applies it after what is set when it connects.
+        """
+        middle, distance = self._looked_at, self._distance
+        if path is not None:
+            middle = 0.5 * (path.min(axis=0) + path.max(axis=0))
+            distance += float(np.linalg.norm(np.ptp(path, axis=0)))
+        if middle is not None:
+            camera.position = middle + distance * np.array(_FROM)
+            camera.look_at = middle
 
     def tell(self, text: str) -> None:
         """Write the status, Markdown, at the top of the panel."""

@@ -1,4 +1,4 @@
-"""A headless Chromium with one page open, driven by the DevTools protocol: it runs scripts, clicks, and is looked at."""
+"""A headless Chromium with a page open, driven by the DevTools protocol: it runs scripts, clicks and is looked at."""
 
 import base64
 import io
@@ -16,13 +16,13 @@ SECONDS = 60.0  # longest wait for what takes a few
 
 
 class BrowserPage:
-    """The page at ``url``, in a window of 1000 by 700."""
+    """The page at ``url``, in a window of 800 by 500."""
 
     def __init__(self, browser, folder, url):
         from websockets.sync.client import connect
 
         command = [browser, "--headless", "--no-sandbox", "--disable-gpu", *SOFTWARE, "--remote-debugging-port=0"]
-        command += [f"--user-data-dir={folder}", "--window-size=1000,700", "--hide-scrollbars", url]
+        command += [f"--user-data-dir={folder}", "--window-size=800,500", "--hide-scrollbars", url]
         self._popen = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         try:
             told = folder / "DevToolsActivePort"
@@ -43,6 +43,10 @@ class BrowserPage:
             if answer.get("id") == number:
                 return answer["result"]
 
+    def go(self, url):
+        """Open another page in place of this one."""
+        self._do("Page.navigate", url=url)
+
     def run(self, script):
         """What an expression of JavaScript is."""
         return self._do("Runtime.evaluate", expression=script, returnByValue=True)["result"].get("value")
@@ -62,13 +66,26 @@ class BrowserPage:
             if (found) found.click(); return Boolean(found); }})()"""
         until(lambda: self.run(find), f"button {label!r} on the page: {self.text()!r}")
 
+    def set_number(self, label, value):
+        """Write a number into the field beside a label, as a person does."""
+        find = f"""(() => {{ const of = [...document.querySelectorAll('label, div, p, span')].filter(
+                (one) => one.textContent.trim() === {json.dumps(label)}).pop();
+            let row = of; while (row && !row.querySelector('input[inputmode], input[type=text]')) row = row.parentElement;
+            const field = row && row.querySelector('input[inputmode], input[type=text]');
+            if (field) {{ field.focus(); field.select(); }} return Boolean(field); }})()"""
+        until(lambda: self.run(find), f"field {label!r} on the page: {self.text()!r}")
+        self._do("Input.insertText", text=f"{value:g}")
+        self.run("document.activeElement.blur()")
+
     def scene(self):
         """The scene's part of the page as an array (rows, columns, 3) of colours."""
         from PIL import Image
 
+        # viser says there that Chromium draws by software.
+        self.run("document.querySelectorAll('.mantine-Notification-root').forEach((one) => one.remove())")
         png = base64.b64decode(self._do("Page.captureScreenshot", format="png")["data"])
         pixels = np.array(Image.open(io.BytesIO(png)).convert("RGB"), int)
-        return pixels[210:, :450]  # without the panel, and what Chromium's drawing by software makes viser say
+        return pixels[:, :450]  # without the panel
 
     def close(self):
         self._socket.close()
