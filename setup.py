@@ -17,6 +17,8 @@ data_files = [
     (f"share/{package_name}", ["package.xml"]),
     (f"share/{package_name}/config", sorted(glob("config/*"))),
     (f"share/{package_name}/launch", sorted(glob("launch/*"))),
+    (f"share/{package_name}/rviz", sorted(glob("rviz/*"))),
+    (f"share/{package_name}/foxglove", sorted(glob("foxglove/*"))),
     (f"share/{package_name}/security", sorted(glob("security/*"))),
     # For pip, which puts the programs in bin/ where `ros2 run` does not look. colcon writes the programs over these.
     (f"lib/{package_name}", sorted(glob("wrappers/*"))),

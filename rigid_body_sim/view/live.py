@@ -10,6 +10,7 @@ from .look import Look
 from .stage import Stage
 
 PAUSE, GO_ON, STEP, RESET = "Pause", "Go on", "Step", "Reset"
+TO_ACTUATORS, A_WRENCH = "Send to actuators", "Send a wrench"
 ALL = "all"
 _MOST_ACCELERATION = 10.0  # m/s² and rad/s²: of sliders where a scene limits no command
 _AXES = "xyz"
@@ -26,6 +27,10 @@ class Controls(Protocol):
 
     def send_actuators(self, body: str, values: tuple[float, ...]) -> None:
         """Command the actuators, in their order."""
+
+
+Row = tuple[str, float, float]  # what a slider says, and from where to where it goes
+Do = Callable[[Controls, tuple[float, ...]], None]
 
 
 class Panel:
@@ -53,8 +58,11 @@ class Panel:
         title = "Command" if len(self._names) == 1 else f"Command {name}"
         with self._gui.add_folder(title, expand_by_default=False):
             if look.actuators:
-                self._senders.append(_Sliders(self._gui, _actuator_rows(look.actuators), partial(_actuate, name)).send)
-            self._senders.append(_Sliders(self._gui, _wrench_rows(look), partial(_push, name)).send)
+                self._add(TO_ACTUATORS, _actuator_rows(look.actuators), partial(_actuate, name))
+            self._add(A_WRENCH, _wrench_rows(look), partial(_push, name))
+
+    def _add(self, title: str, rows: list[Row], do: Do) -> None:
+        self._senders.append(_Sliders(self._gui, title, rows, do).send)
 
     def tell(self, text: str) -> None:
         """Show the answer to what was asked."""
@@ -68,17 +76,12 @@ class Panel:
             send(controls)
 
 
-Row = tuple[str, float, float]  # what a slider says, and from where to where it goes
-Do = Callable[[Controls, tuple[float, ...]], None]
-
-
 class _Sliders:
     """A row of sliders, whose values are sent while the box above is ticked, and zeros once when it no longer is."""
 
-    def __init__(self, gui: Any, rows: list[Row], do: Do):
+    def __init__(self, gui: Any, title: str, rows: list[Row], do: Do):
         self._do, self._was_on = do, False
-        what = "actuators" if do.func is _actuate else "wrench"  # type: ignore[attr-defined]
-        self._on = gui.add_checkbox(f"Send to {what}" if what == "actuators" else "Send a wrench", False)
+        self._on = gui.add_checkbox(title, False)
         self._sliders = [
             gui.add_slider(text, least, most, (most - least) / 200.0, min(max(0.0, least), most))
             for text, least, most in rows
@@ -91,6 +94,7 @@ class _Sliders:
             slider.value = min(max(0.0, slider.min), slider.max)
 
     def send(self, controls: Controls) -> None:
+        """The values, where they are to be sent."""
         on = bool(self._on.value)
         if on:
             self._do(controls, tuple(float(slider.value) for slider in self._sliders))
@@ -110,10 +114,8 @@ def _actuate(body: str, controls: Controls, values: tuple[float, ...]) -> None:
 def _wrench_rows(look: Look) -> list[Row]:
     force = look.most_force or look.mass * max(_MOST_ACCELERATION, 2.0 * look.gravity)
     torque = look.most_torque or look.inertia * _MOST_ACCELERATION
-    return [
-        *((f"Force {axis} [N]", -force, force) for axis in _AXES),
-        *((f"Torque {axis} [N m]", -torque, torque) for axis in _AXES),
-    ]
+    limits = [(f"Force {axis} [N]", force) for axis in _AXES] + [(f"Torque {axis} [N m]", torque) for axis in _AXES]
+    return [(text, -rounded, rounded) for text, most in limits for rounded in [float(f"{most:.2g}")]]
 
 
 def _actuator_rows(actuators: tuple[Actuator, ...]) -> list[Row]:

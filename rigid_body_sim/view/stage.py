@@ -13,6 +13,7 @@ from .look import Look
 from .moment import Moment
 
 _FROM = (0.7, -0.6, 0.4)  # direction of the camera from what it looks at
+_LAST = 1e9  # place in the panel
 _STEP = 0.01  # of its distance: it follows in steps, not at each picture
 
 
@@ -38,7 +39,7 @@ class Stage:
 
     def add_switches(self) -> None:
         """The panel's last part: what is shown."""
-        with self.server.gui.add_folder("Show", expand_by_default=False):
+        with self.server.gui.add_folder("Show", expand_by_default=False, order=_LAST):
             for what in SWITCHES:
                 box = self._switches[what] = self.server.gui.add_checkbox(what.capitalize(), True)
                 box.on_update(lambda event, what=what: self._switch(what, event.target.value))

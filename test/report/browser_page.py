@@ -70,8 +70,9 @@ class BrowserPage:
         """Write a number into the field beside a label, as a person does."""
         find = f"""(() => {{ const of = [...document.querySelectorAll('label, div, p, span')].filter(
                 (one) => one.textContent.trim() === {json.dumps(label)}).pop();
-            let row = of; while (row && !row.querySelector('input[inputmode], input[type=text]')) row = row.parentElement;
-            const field = row && row.querySelector('input[inputmode], input[type=text]');
+            const kinds = 'input[inputmode], input[type=text]';
+            let row = of; while (row && !row.querySelector(kinds)) row = row.parentElement;
+            const field = row && row.querySelector(kinds);
             if (field) {{ field.focus(); field.select(); }} return Boolean(field); }})()"""
         until(lambda: self.run(find), f"field {label!r} on the page: {self.text()!r}")
         self._do("Input.insertText", text=f"{value:g}")

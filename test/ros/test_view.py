@@ -5,17 +5,12 @@ import signal
 
 import pytest
 
+from ..report import browser
+from ..report.browser_page import BrowserPage, differing, until
+
 pytest.importorskip("rclpy")
 pytest.importorskip("viser")
 pytestmark = pytest.mark.ros
-
-from geometry_msgs.msg import WrenchStamped
-from rcl_interfaces.msg import ParameterValue
-
-from rigid_body_sim.tools import view_node
-
-from ..report import browser
-from ..report.browser_page import BrowserPage, differing, until
 
 VIEW = "rigid_body_sim.tools.view"
 SPINNING = {
@@ -89,6 +84,8 @@ def test_a_running_node_is_seen_and_the_buttons_act(connect, view, seen):
 
 def test_a_slider_that_is_on_commands_the_body(connect, view, seen):
     node = connect({**SPINNING, "initial.angular_velocity": [0.0, 0.0, 0.0]}).ready()
+    from geometry_msgs.msg import WrenchStamped
+
     page = seen(view(node.name.rpartition("/")[0])[1])
     page.wait_for("running")
     wrenches = node.listen(WrenchStamped, "wrench")
@@ -153,10 +150,16 @@ def test_sigterm_ends_it_too(run_node):
     ],
 )
 def test_values_of_parameters_are_pythons(given, value):
+    from rcl_interfaces.msg import ParameterValue
+
+    from rigid_body_sim.tools import view_node
+
     assert view_node.plain(ParameterValue(**given)) == value
 
 
 def test_a_bodys_own_parameters_are_over_the_shared():
+    from rigid_body_sim.tools import view_node
+
     values = {"rate": 100.0, "body.mass": 1.0, "red.body.mass": 2.0, "reds.body.mass": 3.0}
     assert view_node.of_body(values, "red")["body.mass"] == 2.0
     assert view_node.of_body(values, "blue")["body.mass"] == 1.0

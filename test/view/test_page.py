@@ -8,14 +8,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-pytest.importorskip("viser")
-
 from rigid_body_sim import Body, Simulation, State, Wrench
 from rigid_body_sim.view import page
 from rigid_body_sim.view.stage import Stage
 
 from ..report import browser
 from ..report.browser_page import BrowserPage, differing, until
+
+pytest.importorskip("viser")
 
 SPIN = 1.0  # rad/s
 
@@ -56,7 +56,7 @@ def test_it_listens_on_this_machine_alone():
     try:
         port = int(stage.url.rpartition(":")[2])
         listening = [line.split()[1] for line in Path("/proc/net/tcp").read_text().splitlines()[1:]]
-        assert [one for one in listening if one.endswith(f":{port:04X}")][0] == f"0100007F:{port:04X}"
+        assert [one for one in listening if one.endswith(f":{port:04X}")] == [f"0100007F:{port:04X}"]
         assert stage.server.request_share_url() is None
     finally:
         stage.close()
