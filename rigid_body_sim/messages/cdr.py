@@ -14,6 +14,7 @@ STAMP = struct.Struct("<iI")
 DOUBLE = struct.Struct("<d")
 _LENGTH = struct.Struct("<I")
 _WRENCH = struct.Struct("<6d")
+_POSE = struct.Struct("<7d")
 _NUMBERS = struct.Struct("<4sIII")  # encoding, how many dimensions, offset, how many numbers; then 4 bytes of padding
 _NUMBERS_AT = 20
 
@@ -64,6 +65,20 @@ def split_wrench(data: bytes) -> tuple[bytes, tuple[float, ...]] | None:
     if len(data) != at + _WRENCH.size:
         return None
     return data[TEXT_AT:end], _WRENCH.unpack_from(data, at)
+
+
+def split_pose(data: bytes) -> tuple[int, tuple[float, ...]] | None:
+    """Stamp [ns], and position and quaternion x, y, z, w, 7 floats, of a serialised PoseStamped.
+
+    None for bytes of another encoding or length, which whoever knows all encodings must judge.
+    """
+    if len(data) < TEXT_AT or data[:4] != LITTLE_ENDIAN:
+        return None
+    at = aligned(TEXT_AT + _LENGTH.unpack_from(data, TEXT_AT - 4)[0], DOUBLE.size)
+    if len(data) != at + _POSE.size:
+        return None
+    seconds, nanoseconds = STAMP.unpack_from(data, len(LITTLE_ENDIAN))
+    return seconds * NANOSECONDS + nanoseconds, _POSE.unpack_from(data, at)
 
 
 def split_numbers(data: bytes) -> tuple[float, ...] | None:

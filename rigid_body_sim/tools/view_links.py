@@ -14,8 +14,10 @@ from rclpy.subscription import Subscription
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
 
+from ..bags import codec
+from ..bags.reading import POSE
 from ..effects.actuators import Actuator
-from ..messages.cdr import NANOSECONDS
+from ..messages import cdr
 from ..values import rotation
 from ..values.wrench import Wrench
 from ..view.look import UNKNOWN, Look, of_values
@@ -80,9 +82,9 @@ class Link:
 
     def moment(self) -> Moment | None:
         """What is known now; None before anything is."""
-        if (pose := take(self._poses)) is not None:
+        if (data := take(self._poses, raw=True)) is not None:
             before = self._moment or Moment(0.0, (), ())
-            self._moment = Moment(*_placed(pose), before.force, before.torque, before.levels)
+            self._moment = Moment(*_placed(data), before.force, before.torque, before.levels)
         if self._moment is not None:
             self._note_wrench()
             self._note_levels()
@@ -172,10 +174,10 @@ def bodies(node: Node, wanted: tuple[str, ...] = ()) -> list[Found]:
     return found
 
 
-def take(subscription: Subscription) -> Any:
-    """The latest message since the last time, or None."""
+def take(subscription: Subscription, raw: bool = False) -> Any:
+    """The latest message since the last time, or None; with ``raw`` its bytes."""
     with subscription.handle:
-        taken = subscription.handle.take_message(subscription.msg_type, False)
+        taken = subscription.handle.take_message(subscription.msg_type, raw)
     return None if taken is None else taken[0]
 
 
@@ -183,10 +185,13 @@ def _nobody(_: Any) -> None:
     """No executor serves these subscriptions."""
 
 
-def _placed(message: PoseStamped) -> tuple[float, tuple[float, ...], tuple[float, ...]]:
-    """Time [s], position and quaternion w, x, y, z."""
-    stamp, p, q = message.header.stamp, message.pose.position, message.pose.orientation
-    return stamp.sec + stamp.nanosec / NANOSECONDS, (p.x, p.y, p.z), (q.w, q.x, q.y, q.z)
+def _placed(data: bytes) -> tuple[float, tuple[float, ...], tuple[float, ...]]:
+    """Time [s], position and quaternion w, x, y, z of a serialised PoseStamped."""
+    if (parts := cdr.split_pose(data)) is None:  # another encoding
+        one = codec.decode_one(data, cdr.LAYOUTS[POSE])
+        parts = one.stamp_ns, tuple(one.values)
+    stamp_ns, (x, y, z, qx, qy, qz, qw) = parts
+    return stamp_ns / cdr.NANOSECONDS, (x, y, z), (qw, qx, qy, qz)
 
 
 def _three(vector: Vector3) -> tuple[float, ...]:

@@ -84,7 +84,7 @@ class Stage:
             for client in self.server.get_clients().values():
                 self.put_camera(client.camera)
         moved = middle - self._looked_at
-        if self._follow is not None and self._follow.value and np.abs(moved).max() > _STEP * self._distance:
+        if np.abs(moved).max() > _STEP * self._distance and self._follow is not None and self._follow.value:
             self._looked_at = middle
             for client in self.server.get_clients().values():
                 client.camera.position = client.camera.position + moved  # which takes look_at along
