@@ -7,7 +7,7 @@ from pathlib import Path
 
 from ..bags.rosbags_support import BagError
 from ..command_line import Parser
-from ..ros import command_line, program
+from ..ros import command_line, middleware, program
 from ..scene.schema import one_line
 from ..view.page import HOST, PORT, ViewError
 
@@ -107,6 +107,7 @@ def _show_nodes(options: argparse.Namespace, ros: Sequence[str], stop: program.S
     stop.defer()
     try:
         rclpy.init(args=[command_line.BEGIN, *ros], signal_handler_options=rclpy.SignalHandlerOptions.NO)
+        middleware.use_profile(middleware.libraries())
         viewer = Viewer(stage, tuple(name.strip("/") for name in options.bodies))
         _say(stage.url)
         viewer.run(stop)

@@ -62,12 +62,12 @@ class Recording(NamedTuple):
     def at(self, time: float) -> Moment:
         """The latest state at a time, or the first one: nothing is made up between two states."""
         i = _latest(self.time, time)
-        moment = Moment(float(self.time[i]), self.position[i], self.orientation[i])
+        moment = Moment(float(self.time[i]), self.position[i].tolist(), self.orientation[i].tolist())
         if self.wrenches is not None and len(self.wrenches.time) and self.wrenches.time[0] <= time:
             j = _latest(self.wrenches.time, time)
-            moment = moment._replace(force=self.wrenches.force[j], torque=self.wrenches.torque[j])
+            moment = moment._replace(force=self.wrenches.force[j].tolist(), torque=self.wrenches.torque[j].tolist())
         if self.levels is not None and len(self.levels.time) and self.levels.time[0] <= time:
-            moment = moment._replace(levels=self.levels.values[_latest(self.levels.time, time)])
+            moment = moment._replace(levels=self.levels.values[_latest(self.levels.time, time)].tolist())
         return moment
 
 

@@ -8,8 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rigid_body_sim import Body, Simulation, State, Wrench
+from rigid_body_sim import Body, Simulation, State, Wrench, load_scene
+from rigid_body_sim.scene.installed import installed_scene
 from rigid_body_sim.view import page
+from rigid_body_sim.view.look import of_values
+from rigid_body_sim.view.moment import Levels, Recording, Wrenches
+from rigid_body_sim.view.player import Player
 from rigid_body_sim.view.stage import Stage
 
 from ..report import browser
@@ -114,6 +118,30 @@ def test_a_run_is_saved_as_a_page_that_needs_nothing_else(opened, tmp_path):
     until(lambda: len(np.unique(seen.scene())) > 100, "body")
     first = seen.scene()
     until(lambda: differing(first, seen.scene()) > 0.003, "motion")
+
+
+def test_every_moment_of_a_run_with_actuators_is_shown():
+    scene = load_scene(installed_scene("quadrotor"))
+    look, n = of_values(scene.values), 5
+    time, levels = np.arange(n) / 10.0, np.linspace(0.0, 1.0, n)[:, None] * np.ones(4)
+    force = np.outer(time, [1.0, 0.0, 0.0])
+    still = np.tile([1.0, 0.0, 0.0, 0.0], (n, 1))
+    motion = Recording(time, force, still, Wrenches(time, force, -force), Levels(time, levels))
+    player = Player({"drone": motion}, {"drone": look}, "test")
+    try:
+        body = player._stage._bodies["drone"]
+        for at in time:
+            player._show(at)
+            assert body.place == tuple(motion.at(at).position)
+        tip = body._levels[0]._arrow.points[0, 1] - look.actuators[0].position
+        assert np.allclose(tip, [0.0, 0.0, look.extent])  # all that it can
+        assert body._force._arrow.visible and np.allclose(
+            body._force._arrow.points[0, 1], [2.0 * look.extent, 0.0, 0.0]
+        )
+        player._stage._switch("actuators", False)
+        assert not body._levels[0]._arrow.visible
+    finally:
+        player._stage.close()
 
 
 def test_a_notebook_shows_the_page():
