@@ -163,3 +163,20 @@ def test_a_bodys_own_parameters_are_over_the_shared():
     values = {"rate": 100.0, "body.mass": 1.0, "red.body.mass": 2.0, "reds.body.mass": 3.0}
     assert view_node.of_body(values, "red")["body.mass"] == 2.0
     assert view_node.of_body(values, "blue")["body.mass"] == 1.0
+
+
+def test_a_pose_is_read_from_its_bytes():
+    from geometry_msgs.msg import PoseStamped
+    from rclpy.serialization import serialize_message
+
+    from rigid_body_sim.messages.cdr import split_pose
+
+    for frame in ("", "w", "world", "a/longer/name"):
+        message = PoseStamped()
+        message.header.frame_id = frame
+        message.header.stamp.sec, message.header.stamp.nanosec = 3, 14
+        p, q = message.pose.position, message.pose.orientation
+        p.x, p.y, p.z, q.x, q.y, q.z, q.w = numbers = (1.0, 2.0, 3.0, 0.1, 0.2, 0.3, 0.4)
+        data = bytes(serialize_message(message))
+        assert split_pose(data) == (3_000_000_014, numbers)
+        assert split_pose(data[:-1]) is None and split_pose(b"\x00\x00" + data[2:]) is None
