@@ -11,7 +11,7 @@ RVIZ = yaml.safe_load((ROOT / "rviz" / "rigid_body.rviz").read_text())["Visualiz
 FOXGLOVE = json.loads((ROOT / "foxglove" / "rigid_body.json").read_text())
 LAUNCH = (ROOT / "launch" / "rigid_body.launch.xml").read_text()
 OUTPUTS = {"pose", "twist", *re.search(r"outputs:=\[(.*?)\]", LAUNCH)[1].split(", ")}
-PUBLISHED = (ROOT / "docs" / "interface.md").read_text()
+PUBLISHED = (ROOT / "docs" / "reference" / "interface.md").read_text()
 
 
 def test_rviz_shows_what_is_published():
