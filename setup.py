@@ -81,6 +81,7 @@ setup(
             "rigid_body_report = rigid_body_sim.report.main:main",
             "rigid_body_view = rigid_body_sim.tools.view:main",
             "rigid_body_resim = rigid_body_sim.tools.resim_main:main",
+            "rigid_body_plot = rigid_body_sim.tools.bag_plot:main",
             "pointing_controller = rigid_body_sim.tools.pointing_controller:main",
             "actuator_controller = rigid_body_sim.tools.actuator_controller:main",
         ],

@@ -12,7 +12,10 @@ import pytest
 from rigid_body_sim import __version__
 
 ROOT = Path(__file__).parents[1]
-WRONG = {"rigid_body_resim": 1}  # there 2 means that the motion differs; of all others it is the status
+WRONG = {
+    "rigid_body_resim": 1,
+    "rigid_body_plot": 1,
+}  # there 2 means that the motion differs; of all others it is the status
 # What takes long, or joins a network, or may not be there: to answer needs none of it.
 IMPORTS = "import os, sys\n"
 PRELUDE = IMPORTS + "for name in ('rclpy', 'numba', 'matplotlib', 'rosbags', 'tqdm'): sys.modules[name] = None\n"
@@ -87,7 +90,7 @@ def test_what_is_not_known_is_refused(tmp_path, name, module, function):
 @over_all
 def test_a_working_directory_that_is_gone_is_told_in_one_sentence(tmp_path, name, module, function):
     gone = IMPORTS + "os.rmdir(os.getcwd())\n"
-    arguments = ["a_bag"] if name == "rigid_body_resim" else []
+    arguments = ["a_bag"] if name in WRONG else []
     status, out, err = run(script(module, function), *arguments, cwd=tmp_path, prelude=gone)
     assert (status, out, err.count("\n")) == (1, "", 1)
     assert err.startswith(f"{name}: there is no working directory (") and err.endswith("change to one that is there\n")

@@ -100,7 +100,7 @@ def test_json_can_be_read_line_by_line(text):
 
 @pytest.mark.parametrize("text", blocks(""))
 def test_commands_name_programs_targets_and_files_that_exist(text):
-    programs = {f"rigid_body_{last}" for last in ("node", "demo", "report", "resim", "view")}
+    programs = {f"rigid_body_{last}" for last in ("node", "demo", "report", "resim", "view", "plot")}
     programs |= {"pointing_controller", "actuator_controller"}
     setup, targets = (ROOT / "setup.py").read_text(), (ROOT / "Makefile").read_text()
     assert all(f'"{program} = ' in setup for program in programs)

@@ -152,7 +152,7 @@ def _by_commands(
     notes: list[str],
 ) -> Scenario:
     _check_frames(bag, pose, scene)
-    poses, twists = _poses_in_order(bag, pose, notes), _twists(bag, twist, scene)
+    poses, twists = poses_in_order(bag, pose, notes), twists_of(bag, twist, scene)
     first, start, told = _start(bag, scene, pose, poses, twists, choices.start)
     notes.append(told)
     if scene["start_on_command"] and start is None:
@@ -179,7 +179,8 @@ def _by_commands(
     )
 
 
-def _poses_in_order(bag: Bag, pose: str, notes: list[str]) -> Messages:
+def poses_in_order(bag: Bag, pose: str, notes: list[str]) -> Messages:
+    """The poses by their stamps, each stamp once; what is odd about them is noted."""
     poses = _true_poses(bag, pose, notes)
     notes.append(timing.oddities(f"Stamps of {pose}", poses.stamp_ns))
     poses = _chosen(poses, timing.order(bag.path, pose, poses.stamp_ns, CUT_OR_RECORD))
@@ -300,7 +301,7 @@ def _check_frames(bag: Bag, pose: str, scene: Scene) -> None:
             )
 
 
-def _twists(bag: Bag, twist: str | None, scene: Scene) -> Messages | None:
+def twists_of(bag: Bag, twist: str | None, scene: Scene) -> Messages | None:
     """The twists on that topic; those of an Odometry without a child frame are the body's, in its axes."""
     if twist is None:
         return None

@@ -25,7 +25,7 @@ from ..scene.fleet import FleetScene, by_name, load_any
 from ..scene.loader import DEFAULT_NODE, Scene
 from ..scene.schema import one_line
 from ..simulation import SimulationError
-from . import resim_output, resim_plot, sweep
+from . import picture, resim_output, resim_plot, sweep
 from .resim_output import Run
 
 SAME, FAILED, DIFFERS = 0, 1, 2
@@ -96,7 +96,7 @@ def _parser() -> argparse.ArgumentParser:
         nargs="?",
         const=Path(),
         metavar="FILE",
-        help="compare, and draw the errors (default: IN.png in the working directory)",
+        help="compare, and draw the errors, or the motion where all is equal (default: IN.png in this folder)",
     )
     parser.add_argument(
         "--tolerance",
@@ -176,8 +176,8 @@ def _simulate_again(options: argparse.Namespace) -> int:
     for name in ("csv", "workers", "dask"):
         if getattr(options, name) is not None:
             raise ValueError(f"--{name} is for many runs; give --vary, too")
-    picture = _picture(options)
-    compared = options.compare or picture is not None or options.tolerance is not None or options.out is None
+    drawing = _picture(options)
+    compared = options.compare or drawing is not None or options.tolerance is not None or options.out is None
     if options.out is not None:
         resim_output.check(options.out)
     bag, scene, prepared = _prepared(options)
@@ -187,7 +187,7 @@ def _simulate_again(options: argparse.Namespace) -> int:
     if options.out is not None:
         resim_output.write(options.out, runs)
         print(f"Written: {options.out}")
-    return max([SAME, *(_compare(run, options, picture) for run in runs if compared)])
+    return max([SAME, *(_compare(run, options, drawing) for run in runs if compared)])
 
 
 def _need_poses(prepared: Prepared, compared: bool) -> None:
@@ -223,14 +223,9 @@ def _together(bag: Bag, scene: FleetScene, prepared: list[Prepared]) -> list[Run
 def _picture(options: argparse.Namespace) -> Path | None:
     if options.plot is None:
         return None
-    path = Path(f"{_stem(options.bag)}.png") if options.plot == Path() else options.plot
-    resim_plot.check(path)
+    path = Path(f"{picture.stem(options.bag)}.png") if options.plot == Path() else options.plot
+    picture.check(path, "--plot")
     return path
-
-
-def _stem(bag: Path) -> str:
-    """Name of the bag without its ending, for files in the working directory."""
-    return bag.absolute().name.split(".")[0]
 
 
 def _prepared(options: argparse.Namespace) -> tuple[Bag, Scene | FleetScene, list[Prepared]]:
@@ -312,15 +307,15 @@ def _bar(total: float) -> Iterator[Progress]:
         yield lambda now: bar.update(min(now, total) - bar.n)
 
 
-def _compare(run: Run, options: argparse.Namespace, picture: Path | None) -> int:
+def _compare(run: Run, options: argparse.Namespace, drawing: Path | None) -> int:
     name, scenario, _, track = run
     tolerance = Tolerance(*options.tolerance) if options.tolerance else USUAL_TOLERANCE
     assert scenario.recorded is not None  # looked at before
     comparison = Comparison(scenario.stamp_ns, scenario.recorded, track.poses)
     if name:
         print(f"{name}:")
-    if picture is not None:
-        path = picture.with_name(f"{picture.stem}.{name}{picture.suffix}") if name else picture
+    if drawing is not None:
+        path = drawing.with_name(f"{drawing.stem}.{name}{drawing.suffix}") if name else drawing
         resim_plot.draw(comparison, tolerance, " ".join([options.bag.name, name, "simulated again"]), path)
         print(f"Picture: {path}")
     _tell_errors(comparison)
@@ -379,7 +374,7 @@ def _vary(options: argparse.Namespace) -> int:
         names = ", ".join(one.name for one in prepared)
         raise ValueError(f"--vary is for one body, and the bag has {names}; choose one with --body")
     ((_, _, scene, scenario),) = prepared
-    path = options.csv or Path(f"{_stem(options.bag)}.csv")
+    path = options.csv or Path(f"{picture.stem(options.bag)}.csv")
     table = sweep.Table(path, scenario, scene, variations)
     runs = sweep.processes(options.workers or os.cpu_count() or 1) if options.dask is None else sweep.dask(options.dask)
     lost = sweep.run(table, scenario, scene, runs)

@@ -1,33 +1,39 @@
-"""The picture of rigid_body_resim: errors of position and attitude over time. Imports matplotlib only when it draws."""
+"""The picture of rigid_body_resim: errors of position and attitude over time, or the motion where there are none.
+
+Imports matplotlib only when it draws.
+"""
 
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 
 from ..kernels.arrays import Floats
 from ..resim.comparison import Comparison, Tolerance
+from ..runs import plot
 from ..runs.plot import BLACK, BLUE, ORANGE
+from . import picture
 
 MOST_POINTS = 4000  # in a line; of more, the largest of each group of neighbours
 _FLOOR = 1e-18  # what is zero has no place on a logarithmic axis
 
 
-def check(path: Path) -> None:
-    """Raise ValueError when a picture cannot be drawn there: before minutes of simulating, not after."""
-    try:
-        from matplotlib.figure import Figure
-    except ImportError as reason:
-        raise ValueError(f"--plot needs matplotlib ({reason}); pip install matplotlib") from None
-    known = Figure().canvas.get_supported_filetypes()
-    if path.suffix[1:] not in known:
-        raise ValueError(f"--plot {path}: its ending names no known format; give one of {', '.join(sorted(known))}")
-    if not path.absolute().parent.is_dir():
-        raise ValueError(f"--plot {path}: there is no such folder")
-
-
 def draw(comparison: Comparison, tolerance: Tolerance, title: str, path: Path) -> None:
     """Write the picture to ``path``; its ending tells the format."""
+    picture.save(
+        _equal(comparison, title) if comparison.first_unequal is None else _errors(comparison, tolerance, title), path
+    )
+
+
+def _equal(comparison: Comparison, title: str) -> Any:
+    """The motion, which both have."""
+    motion = SimpleNamespace(position=comparison.recorded[:, :3], orientation=comparison.recorded[:, 3:7])
+    count = len(comparison.recorded)
+    return plot.stacked(plot.poses(comparison.time, motion), f"{title}: all {count} poses are equal to the bit")
+
+
+def _errors(comparison: Comparison, tolerance: Tolerance, title: str) -> Any:
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(10.0, 6.4), dpi=120, layout="constrained")
@@ -46,9 +52,7 @@ def draw(comparison: Comparison, tolerance: Tolerance, title: str, path: Path) -
     panels[-1].set_xlabel("simulated time since the first pose [s]", fontsize=12)
     panels[-1].set_xlim(0.0, 1.005 * comparison.time[-1] or 1.0)
     figure.align_ylabels(panels)
-    beside = path.with_name(f".{path.name}")
-    figure.savefig(beside, format=path.suffix[1:])
-    beside.replace(path)
+    return figure
 
 
 def _draw_errors(panel: Any, name: str, time: Floats, errors: Floats, most: float) -> None:

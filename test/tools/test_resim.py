@@ -230,6 +230,21 @@ def test_picture_is_drawn(folder, capsys, mass, status):
     assert text.startswith("<?xml")
 
 
+def test_where_all_is_equal_the_motion_is_drawn(folder, monkeypatch, capsys):
+    pytest.importorskip("matplotlib")
+    drawn = []
+    monkeypatch.setattr(resim_plot.picture, "save", lambda figure, path: drawn.append(figure))
+    write_scene(folder / "other.yaml", **{"body.mass": 2.1})
+    for scene in ("scene.yaml", "other.yaml"):
+        call(capsys, "run", "--scene", scene, "--plot")
+    equal, different = drawn
+    assert equal.get_suptitle() == "run simulated again: all 51 poses are equal to the bit"
+    assert [panel.get_ylabel() for panel in equal.axes] == ["position [m]", "attitude [deg]"]
+    height = read(folder / "run").poses["/pose"].values[:, 2]
+    assert_array_equal(equal.axes[0].lines[2].get_ydata(), height)
+    assert [panel.get_ylabel() for panel in different.axes] == ["position error [m]", "attitude error [rad]"]
+
+
 def test_picture_that_cannot_be(folder, capsys, monkeypatch):
     pytest.importorskip("matplotlib")
     assert "--plot none/run.png: there is no such folder" in refusal(capsys, "run", "--plot", "none/run.png")
