@@ -81,7 +81,7 @@ def _draw(panel: Any, each: Panel) -> None:
     finite = each.values[np.isfinite(each.values)]
     if finite.size:
         low, high = finite.min(), finite.max()
-        least = 1e-6 * max(abs(low), abs(high), 1e-6)
+        least = 1e-6 * max(abs(low), abs(high), 1e-3)
         if high - low < least:
             panel.set_ylim(low - least, high + least)
     panel.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False, fontsize=11)

@@ -2,8 +2,8 @@
 
 import os
 from collections.abc import Iterator
-from dataclasses import dataclass
-from typing import NamedTuple
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 
@@ -29,6 +29,11 @@ class Command(NamedTuple):
     time: Floats
     values: Floats
     frames: tuple[str, ...]
+
+    def until(self, seconds: float) -> "Command":
+        """What of it is not after that ``time``."""
+        kept = self.time <= seconds
+        return self._replace(time=self.time[kept], values=self.values[kept])
 
 
 @dataclass(frozen=True)
@@ -57,6 +62,16 @@ class RecordedMotion:
     def time(self) -> Floats:
         """Seconds since the first pose, shape (n,)."""
         return (self.stamp_ns - self.stamp_ns[0]) / NANOSECONDS
+
+    def until(self, seconds: float) -> "RecordedMotion":
+        """What of it is not after that ``time``."""
+        kept = self.time <= seconds
+        arrays = ("stamp_ns", "position", "orientation", "velocity", "angular_velocity")
+        parts = {name: getattr(self, name)[kept] for name in arrays}
+        commands = {
+            name: tuple(one.until(seconds) for one in getattr(self, name)) for name in ("wrenches", "actuators")
+        }
+        return replace(self, **cast(dict[str, Any], {**parts, **commands}))
 
 
 def recorded(path: str | os.PathLike[str], *, pose: str | None = None) -> RecordedMotion:

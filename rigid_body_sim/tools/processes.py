@@ -17,15 +17,15 @@ class ChildError(RuntimeError):
 
 
 class Child:
-    """A module of this Python, run as a process: out of reach of the terminal's Ctrl-C, so that only we end it."""
+    """A program, run as a process: out of reach of the terminal's Ctrl-C, so that only we end it."""
 
-    def __init__(self, module: str, arguments: Sequence[str], environment: Mapping[str, str] | None = None):
-        self.name = module
+    def __init__(self, name: str, command: Sequence[str], environment: Mapping[str, str] | None = None):
+        self.name = name
         with contextlib.ExitStack() as stack:
             # A file, because a pipe that nobody reads would block the process.
             self._output = stack.enter_context(tempfile.TemporaryFile())
             self._process = subprocess.Popen(
-                [sys.executable, "-m", module, *arguments],
+                command,
                 stdin=subprocess.DEVNULL,
                 stdout=self._output,
                 stderr=subprocess.STDOUT,
@@ -42,7 +42,7 @@ class Child:
     def check(self) -> None:
         """Raise ChildError when the process is no longer there."""
         if (status := self._process.poll()) is not None:
-            raise ChildError(f"{self.name} ended with status {status}: {self._last_line()}")
+            raise ChildError(f"{self.name} ended with status {status}: {self.last_line()}")
 
     def interrupt(self) -> None:
         """Ask the process to end, as Ctrl-C does."""
@@ -64,7 +64,8 @@ class Child:
         file = self._output.fileno()
         return os.pread(file, os.fstat(file).st_size, 0).decode(errors="replace")
 
-    def _last_line(self) -> str:
+    def last_line(self) -> str:
+        """The last line that it has printed."""
         lines = self.said().split("\n")
         return next((line.strip() for line in reversed(lines) if line.strip()), "it said nothing")
 
@@ -77,10 +78,18 @@ class Children:
         self._starting = self._interrupted = False
 
     def start(self, module: str, arguments: Sequence[str], environment: Mapping[str, str] | None = None) -> Child:
-        """Start a process. A signal in the middle of it waits, so that no process is started and then forgotten."""
+        """Start a module of this Python as a process."""
+        return self._begin(module, [sys.executable, "-m", module, *arguments], environment)
+
+    def run(self, command: Sequence[str], environment: Mapping[str, str] | None = None) -> Child:
+        """Start a program as a process; it is named by its command line."""
+        return self._begin(" ".join(command), command, environment)
+
+    def _begin(self, name: str, command: Sequence[str], environment: Mapping[str, str] | None) -> Child:
+        """A signal in the middle of it waits, so that no process is started and then forgotten."""
         self._starting = True
         try:
-            self._running.append(Child(module, arguments, environment))
+            self._running.append(Child(name, command, environment))
         finally:
             self._starting = False
         if self._interrupted:
