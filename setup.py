@@ -1,6 +1,7 @@
 """Build and install rules, for colcon (ROS) and for pip (no ROS)."""
 
 from glob import glob
+from pathlib import Path
 
 from setuptools import find_packages, setup
 
@@ -28,6 +29,8 @@ setup(
     name=package_name,
     version="0.1.0",
     description="Rigid-body simulation node for ROS 2, exact between commands",
+    long_description=Path(__file__).with_name("README.md").read_text(encoding="utf-8"),
+    long_description_content_type="text/markdown",
     license="Apache-2.0",
     maintainer="rigid_body_sim maintainers",
     maintainer_email="maintainers@example.org",

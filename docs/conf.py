@@ -27,6 +27,8 @@ exclude_patterns = ["requirements.txt"]
 html_theme = "furo"
 html_title = f"{project} {release}"
 html_copy_source = False
+html_static_path = ["_static"]
+html_css_files = ["site.css"]
 
 myst_heading_anchors = 3  # links to headings, as GitHub makes them
 smartquotes_action = "D"  # dashes alone: the quote of ω' is a derivative

@@ -3,7 +3,6 @@
 import json
 import re
 from importlib.util import find_spec
-from pathlib import Path
 
 import pytest
 import yaml
@@ -13,11 +12,12 @@ from bench import doc_tables
 from rigid_body_sim import Scene, __version__
 from rigid_body_sim.scene.fleet import load_any
 
+from . import doc_pages
 from .bags import making
+from .doc_pages import PAGES, ROOT, TUTORIALS
 from .resim import runs
 
-ROOT = Path(__file__).parents[1]
-PAGES = sorted([*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md")])
+LANGUAGES = {"python", "bash", "console", "yaml", "json"}
 
 
 @pytest.mark.parametrize(("file", "name", "table"), doc_tables.TABLES)
@@ -40,7 +40,7 @@ def test_writing_the_tables_replaces_an_outdated_one(tmp_path):
         assert page.startswith("above\n") and page.endswith("below\n")
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+@pytest.mark.parametrize("page", PAGES, ids=doc_pages.named)
 def test_links_inside_the_project_lead_somewhere(page):
     for target in re.findall(r"\]\(([^)#\s]+)", page.read_text(encoding="utf-8")):
         if "://" not in target:
@@ -59,11 +59,18 @@ def test_reference_has_every_public_name():
     assert sorted(re.findall(r"^.. auto\w+:: (\w+)$", page, re.M)) == sorted(rigid_body_sim.__all__)
 
 
-def blocks(language):
-    """Pages and texts of the blocks of a language, as parameters."""
-    pattern = rf"^```{language}\n(.*?)^```"
-    found = [(page, text) for page in PAGES for text in re.findall(pattern, page.read_text("utf-8"), re.DOTALL | re.M)]
-    return [pytest.param(text, id=f"{page.name}-{i}") for i, (page, text) in enumerate(found)]
+def blocks(*languages, pages=PAGES):
+    """Texts of the blocks of some languages, as parameters."""
+    found = [(page, block.text) for page in pages for block in doc_pages.blocks(page) if block.language in languages]
+    return [pytest.param(text, id=f"{doc_pages.named(page)}-{i}") for i, (page, text) in enumerate(found)]
+
+
+@pytest.mark.parametrize("page", PAGES, ids=doc_pages.named)
+def test_every_block_is_of_a_language_that_a_test_knows(page):
+    """What is not a fragment is run: here, or by test/ros/test_pages.py."""
+    assert {block.language for block in doc_pages.blocks(page)} <= LANGUAGES
+    fences = [line for line in page.read_text("utf-8").splitlines() if line.lstrip().startswith("```")]
+    assert len(fences) == 2 * len(list(doc_pages.blocks(page)))
 
 
 @pytest.fixture
@@ -76,10 +83,10 @@ def user_folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
 
 
-@pytest.mark.parametrize("text", blocks("python"))
+@pytest.mark.parametrize("text", blocks("python", pages=[page for page in PAGES if page not in TUTORIALS]))
 def test_python_runs_as_printed_or_says_that_it_is_a_fragment(text, user_folder, capsys):
     code = compile(text, "block", "exec")
-    if not text.startswith("# Fragment: "):
+    if not text.startswith(doc_pages.FRAGMENT):
         exec(code, {})
         assert re.match(r"1\.0 \[|0 \(|Trajectory\(|0\.395827057 s", capsys.readouterr().out)
 
@@ -98,7 +105,7 @@ def test_json_can_be_read_line_by_line(text):
     assert all(json.loads(line) for line in text.splitlines())
 
 
-@pytest.mark.parametrize("text", blocks(""))
+@pytest.mark.parametrize("text", blocks("bash", "console"))
 def test_commands_name_programs_targets_and_files_that_exist(text):
     programs = {f"rigid_body_{last}" for last in ("node", "demo", "report", "resim", "view", "plot")}
     programs |= {"pointing_controller", "actuator_controller"}

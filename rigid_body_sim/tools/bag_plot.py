@@ -104,29 +104,34 @@ def panels(motion: RecordedMotion, scene: Scene | None) -> Iterator[plot.Panel]:
     yield plot.Panel("velocity\n[m/s, world axes]", time, motion.velocity, plot.AXES)
     yield plot.turning(time, motion)
     for wrench in motion.wrenches:
-        yield from _wrench(wrench)
+        yield from _wrench(wrench, motion)
     for command in motion.actuators:
         names = scene["actuators.names"] if scene is not None else ()
-        yield _actuators(command, names)
+        yield _actuators(command, names, motion)
     if scene is not None:
         terms = scene.terms()
         kinetic, potential = invariants.energy_of_motion(terms, motion), invariants.potential_energy(terms, motion)
         yield plot.energy(time, kinetic, potential)
 
 
-def _wrench(wrench: Command) -> Iterator[plot.Panel]:
+def _named(command: Command, motion: RecordedMotion) -> str:
+    """Its topic, without the namespace that it has in common with the poses."""
+    return command.topic.removeprefix(motion.topic.rpartition("/")[0] + "/")
+
+
+def _wrench(wrench: Command, motion: RecordedMotion) -> Iterator[plot.Panel]:
     for name, unit, part in (("force", "N", slice(0, 3)), ("torque", "N m", slice(3, 6))):
         where = ", ".join(filter(None, (unit, *wrench.frames)))
-        title = f"{name} on {wrench.topic}\n[{where}]"
+        title = f"{name} on {_named(wrench, motion)}\n[{where}]"
         yield plot.Panel(title, wrench.time, wrench.values[:, part], plot.AXES, held=True)
 
 
-def _actuators(command: Command, names: Sequence[str]) -> plot.Panel:
+def _actuators(command: Command, names: Sequence[str], motion: RecordedMotion) -> plot.Panel:
     drawn = command.values[:, :MOST_ACTUATORS]
     if len(names) != command.values.shape[1]:
         names = [f"number {i}" for i in range(command.values.shape[1])]
     lines = list(zip(names, plot.COLOURS, strict=False))
-    return plot.Panel(f"commands on\n{command.topic}", command.time, drawn, lines, held=True)
+    return plot.Panel(f"commands on\n{_named(command, motion)}", command.time, drawn, lines, held=True)
 
 
 if __name__ == "__main__":

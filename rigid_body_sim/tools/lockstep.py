@@ -17,7 +17,7 @@ from .processes import Child, children
 
 NANOSECONDS = 1_000_000_000
 NODE = "rigid_body_sim.ros.main"
-PATIENCE = 60.0  # s without a step; the first start of a scene compiles for 5 to 10 s
+PATIENCE = 120.0  # s without a step; the first start of a scene compiles, on a machine that does much else a minute
 _LOOK_EVERY = 0.05  # s
 _numbers = itertools.count(1)
 

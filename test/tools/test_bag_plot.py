@@ -62,8 +62,8 @@ def test_scene_brings_the_energy(folder, capsys):
         "attitude [deg]",
         "velocity",
         "angular velocity",
-        "force on /wrench",
-        "torque on /wrench",
+        "force on wrench",
+        "torque on wrench",
     ]
     assert names(bag_plot.panels(motion, None)) == without
     assert names(bag_plot.panels(motion, FREE)) == [*without, "energy [J]"]
