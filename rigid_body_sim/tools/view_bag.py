@@ -11,7 +11,8 @@ from ..bags.rosbags_support import BagError
 from ..kernels.arrays import Floats, Integers
 from ..messages.cdr import NANOSECONDS
 from ..scenarios import scenario, topics
-from ..scene.loader import DEFAULT_NODE, Scene, load_scene
+from ..scene.fleet import FleetScene, load_any
+from ..scene.loader import DEFAULT_NODE, Scene
 from ..view.look import UNKNOWN, Look, of_values
 from ..view.moment import Levels, Recording, Wrenches, level
 
@@ -26,19 +27,27 @@ def shown(path: Path, scene_file: Path | None, wanted: tuple[str, ...]) -> tuple
     or has no poses of a body that is ``wanted``, OSError and ValueError as load_scene does.
     """
     bag = read(path)
-    scene = load_scene(scene_file, DEFAULT_NODE) if scene_file is not None else scenario.scene_of(bag)
+    scene = load_any(scene_file, DEFAULT_NODE) if scene_file is not None else scenario.scene_of(bag)
     found = {_name(topic): topic for topic in _poses(bag)}
     if missing := [name for name in wanted if name not in found]:
         raise BagError(f"{path}: has no poses of {missing[0]}; it has those of {', '.join(found) or 'nothing'}")
     found = {name: topic for name, topic in found.items() if not wanted or name in wanted}
     if not found:
         raise BagError(f"{path}: has no topic with poses, of type {topics.A_POSE}; it has {topics.there(bag)}")
-    look = of_values(scene.values) if scene is not None else UNKNOWN
-    begin_ns = min(_times(bag.poses[topic])[0] for topic in found.values())
-    return (
-        {name: _recording(bag, topic, scene or Scene(), look, int(begin_ns)) for name, topic in found.items()},
-        dict.fromkeys(found, look),
-    )
+    scenes = {name: _scene_of(name, scene) for name in found}
+    looks = {name: of_values(one.values) if one is not None else UNKNOWN for name, one in scenes.items()}
+    begin_ns = int(min(_times(bag.poses[topic])[0] for topic in found.values()))
+    recordings = {
+        name: _recording(bag, topic, scenes[name] or Scene(), looks[name], begin_ns) for name, topic in found.items()
+    }
+    return recordings, looks
+
+
+def _scene_of(name: str, scene: Scene | FleetScene | None) -> Scene | None:
+    """That of a body, of several by the last part of its namespace."""
+    if not isinstance(scene, FleetScene):
+        return scene
+    return scene.scenes.get(name.rpartition("/")[2])
 
 
 def _poses(bag: Bag) -> list[str]:

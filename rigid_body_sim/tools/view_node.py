@@ -51,7 +51,7 @@ class Viewer:
         self._found: dict[str, Found] = {}
         self._asked: dict[str, float] = {}  # by node, when its parameters were asked for
         self._values: dict[str, Values] = {}  # by node, once they are known; empty where it does not tell
-        self._health: dict[str, dict[str, str]] = {}  # by node
+        self._health: dict[str, dict[str, str]] = {}  # by name of the status: of a node's only body, or of each
         self._clients: dict[str, Client] = {}
         self._look_at = 0.0
         self._node.create_subscription(DiagnosticArray, "/diagnostics", self._on_diagnostics, 10)
@@ -138,7 +138,7 @@ class Viewer:
         for status in message.status:
             health = {item.key: item.value for item in status.values}
             if {*_HEALTH, "mode"} <= health.keys():
-                self._health[status.name.partition(":")[0]] = health
+                self._health[status.name] = health
 
     def _status(self, moments: dict[str, Moment]) -> str:
         if not moments:
@@ -146,7 +146,8 @@ class Viewer:
         return "\n\n".join(f"**{name}** {self._told(name, moment)}" for name, moment in moments.items())
 
     def _told(self, name: str, moment: Moment) -> str:
-        health = self._health.get(self._found[name].node)
+        node = self._found[name].node
+        health = self._health.get(f"{node}: {name.rpartition('/')[2]}") or self._health.get(f"{node}: simulation")
         if health is None:
             return f"{moment.time:.1f} s"
         rate, factor, time = (float(health[key]) for key in _HEALTH)
@@ -159,6 +160,9 @@ class Viewer:
         if not self._found:
             self._panel.tell("Nobody is there to be asked.")
         names = list(self._found) if body == live.ALL else [body]
+        if what == live.RESET and body != live.ALL and self._is_one_of_several(body):
+            self._trigger(what, f"{self._found[body].prefix}reset")
+            return
         for node in dict.fromkeys(self._found[name].node for name in names):
             if what in TRIGGERS:
                 kind, service, request = Trigger, TRIGGERS[what], Trigger.Request()
@@ -167,6 +171,14 @@ class Viewer:
             told = partial(self._tell, what)
             if not self._call(kind, f"{node}/{service}", request, told):
                 self._panel.tell(f"{what}: {node} has no service {service}.")
+
+    def _is_one_of_several(self, body: str) -> bool:
+        node = self._found[body].node
+        return sum(found.node == node for found in self._found.values()) > 1
+
+    def _trigger(self, what: str, service: str) -> None:
+        if not self._call(Trigger, service, Trigger.Request(), partial(self._tell, what)):
+            self._panel.tell(f"{what}: there is no service {service}.")
 
     def _tell(self, what: str, answer: Any) -> None:
         self._panel.tell(f"{what}: {answer.message}")
