@@ -41,7 +41,8 @@ def of_bag(
     body: str | None = None,
 ) -> Rows:
     """What WrenchSchedule.from_bag says, as rows. How the bag was understood is logged."""
-    bag, scene = _of_one_body(read(path, recover=recover), scene, body)
+    bag = read(path, recover=recover)
+    bag, scene = several.chosen(bag, _scene_in(bag, scene), body)
     if bag.journal:
         _check_journal(bag, scene, choices)
     scenario = prepare(bag, scene, choices)
@@ -65,16 +66,6 @@ def of_scenario(scenario: Scenario, scene: Scene, path: Path | str = "the bag") 
         left_out = _follow_commands(scenario, scene, noted)
     steps = [step for step in noted.rows if step < noted.steps]  # the last step that is taken begins before the end
     return (steps, [noted.rows[step] for step in steps]), left_out
-
-
-def _of_one_body(bag: Bag, given: Scene | str | os.PathLike[str] | None, body: str | None) -> tuple[Bag, Scene]:
-    """The bag and the scene, or of several bodies those of one."""
-    scene = _scene_in(bag, given)
-    if isinstance(scene, Scene):
-        return bag, scene
-    if body is None:
-        raise ValueError(f"{bag.path}: is of several bodies, {', '.join(scene.names)}; choose one with body=")
-    return several.of_body(bag, scene, body), scene.scenes[body]
 
 
 def _scene_in(bag: Bag, given: Scene | str | os.PathLike[str] | None) -> Scene | FleetScene:

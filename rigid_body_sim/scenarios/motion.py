@@ -12,7 +12,7 @@ from ..bags.rosbags_support import BagError
 from ..kernels.arrays import Floats, Integers
 from ..scene.loader import Scene
 from ..values import rotation
-from . import scenario, timing, topics
+from . import scenario, several, timing, topics
 
 NANOSECONDS = 1_000_000_000
 WRENCH_APPLIED = "wrench_applied"
@@ -74,10 +74,13 @@ class RecordedMotion:
         return replace(self, **cast(dict[str, Any], {**parts, **commands}))
 
 
-def recorded(path: str | os.PathLike[str], *, pose: str | None = None) -> RecordedMotion:
-    """The motion in the bag at ``path``, whose poses are on the topic ``pose``: as motion_in says."""
+def recorded(path: str | os.PathLike[str], *, pose: str | None = None, body: str | None = None) -> RecordedMotion:
+    """The motion in the bag at ``path``, whose poses are on the topic ``pose``: as motion_in says.
+
+    Where its journal tells of several bodies, that of ``body``. Raises ValueError where none of them is named.
+    """
     bag = read(path)
-    return motion_in(bag, scenario.scene_of(bag) or Scene(), pose)
+    return motion_in(*several.chosen(bag, scenario.scene_of(bag) or Scene(), body), pose)
 
 
 def motion_in(bag: Bag, scene: Scene, pose: str | None = None) -> RecordedMotion:

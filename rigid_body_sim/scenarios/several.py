@@ -8,6 +8,7 @@ from ..bags import journal as journals
 from ..bags.reading import Bag
 from ..bags.rosbags_support import BagError
 from ..scene.fleet import FleetScene
+from ..scene.loader import Scene
 from ..values.parameter import shown
 
 Found = TypeVar("Found")
@@ -38,6 +39,17 @@ def of_body(bag: Bag, scene: FleetScene, name: str) -> Bag:
         journal=_journal(bag, scene, name),
         notes=list(bag.notes),
     )
+
+
+def chosen(bag: Bag, scene: Scene | FleetScene, body: str | None) -> tuple[Bag, Scene]:
+    """Bag and scene, or of several bodies those of one. Raises ValueError where none is named, or another."""
+    if isinstance(scene, Scene):
+        if body is not None:
+            raise ValueError(f"body {shown(body)}: the scene is of one body; leave it out")
+        return bag, scene
+    if body is None:
+        raise ValueError(f"{bag.path}: is of several bodies, {', '.join(scene.names)}; choose one (body)")
+    return of_body(bag, scene, body), scene.scenes[body]
 
 
 def _is_of(topic: str, scene: FleetScene, name: str) -> bool:

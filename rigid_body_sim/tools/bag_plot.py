@@ -9,9 +9,10 @@ from ..bags.reading import read
 from ..bags.rosbags_support import HOW_TO_INSTALL, BagError
 from ..command_line import INTERRUPTED, Parser
 from ..runs import plot
-from ..scenarios import scenario
+from ..scenarios import scenario, several
 from ..scenarios.motion import Command, RecordedMotion, motion_in
-from ..scene.loader import DEFAULT_NODE, Scene, load_scene
+from ..scene.fleet import load_any
+from ..scene.loader import DEFAULT_NODE, Scene
 from ..scene.schema import one_line
 from ..theory import invariants
 from . import picture
@@ -65,6 +66,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "--pose", metavar="NAME", help="topic with the poses of the body (default: pose, else odom, else the only one)"
     )
+    parser.add_argument("--body", metavar="NAME", help="of a bag of several bodies, the one that is drawn")
     parser.add_argument("--recover", action="store_true", help="of a bag that is not whole, take what is")
     return parser
 
@@ -74,7 +76,10 @@ def _draw(options: argparse.Namespace) -> int:
     for path in pictures:
         picture.check(path, "--out")
     bag = read(options.bag, recover=options.recover)
-    scene = scenario.scene_of(bag) if options.scene is None else load_scene(options.scene, options.node)
+    known = scenario.scene_of(bag) if options.scene is None else load_any(options.scene, options.node)
+    scene: Scene | None = None
+    if known is not None:
+        bag, scene = several.chosen(bag, known, options.body)
     motion = motion_in(bag, scene or Scene(), options.pose)
     for sentence in _sentences(motion, scene):
         print(f"  {sentence}")
