@@ -66,7 +66,8 @@ class Viewer:
                 self._executor.spin_once(timeout_sec=left)  # answers and diagnostics
 
     def destroy_node(self) -> None:
-        """Leave the network."""
+        """Leave the network; the executor first, which else looks at what is gone."""
+        self._executor.shutdown()
         self._ears.destroy_node()
         self._node.destroy_node()
 

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from rigid_body_sim.scene.fleet import by_name, load_any
 from rigid_body_sim.scene.installed import installed_scene, installed_scenes
 from rigid_body_sim.scene.loader import Scene, load_scene
 from rigid_body_sim.view.look import UNKNOWN, of_terms, of_values
@@ -10,9 +11,11 @@ from rigid_body_sim.view.look import UNKNOWN, of_terms, of_values
 TETRAHEDRON = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
 
 
-@pytest.mark.parametrize("file", installed_scenes(), ids=lambda file: file.stem)
-def test_every_scene_has_a_look(file):
-    scene = load_scene(file)
+SCENES = {file.stem: [*by_name(load_any(file)).values()][-1] for file in installed_scenes()}
+
+
+@pytest.mark.parametrize("scene", SCENES.values(), ids=SCENES)
+def test_every_scene_has_a_look(scene):
     look = of_values(scene.values)
     assert look.note == "" and look.extent > 0.0
     assert [one.name for one in look.actuators] == list(scene["actuators.names"])
