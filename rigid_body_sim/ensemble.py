@@ -18,7 +18,7 @@ from .kernels.acceleration import acceleration_reader
 from .kernels.arrays import Floats, Integers, Vector, zeros_on_a_line
 from .kernels.model import INSIDE, MEMORY, WRENCH
 from .many_bodies import Bodies
-from .rate import Rate
+from .rate import Rate, Timed
 from .runs import running
 from .runs.schedule import WrenchSchedule
 from .runs.trajectories import Trajectories
@@ -41,7 +41,7 @@ _AT_REST = {"position": ZERO, "orientation": (1.0, 0.0, 0.0, 0.0), "velocity": Z
 _SHAPES = {name: ((len(one),),) for name, one in _AT_REST.items()}
 
 
-class Ensemble:
+class Ensemble(Timed):
     """n rigid bodies with a wrench each, and time as a count of steps that they share.
 
     What becomes of a body does not depend on the others: its numbers are the same bits as those of a Simulation of it
@@ -182,16 +182,6 @@ class Ensemble:
         self._groups.find()
         for name, value in state["kept"].items():
             setattr(self, name, value)
-
-    @property
-    def rate(self) -> float:
-        """Steps a second of simulated time [Hz]."""
-        return self._rate.value
-
-    @property
-    def time(self) -> float:
-        """Simulated time [s]."""
-        return self.steps / self._rate.value
 
     @property
     def state(self) -> States:

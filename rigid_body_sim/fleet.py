@@ -8,7 +8,7 @@ from .effects import link
 from .effects.link import Link
 from .fleet_links import LinkedBodies, sets_of
 from .fleet_steps import FleetSteps
-from .rate import Rate
+from .rate import Rate, Timed
 from .scene.fleet import FleetScene
 from .scene.loader import Scene
 from .simulation import MOST_AT_ONCE, Simulation, SimulationError
@@ -26,7 +26,7 @@ class FleetSnapshot(NamedTuple):
     stopped: dict[str, str]
 
 
-class Fleet(Mapping[str, Simulation]):
+class Fleet(Timed, Mapping[str, Simulation]):
     """Several bodies that share a count of steps; ``fleet["red"]`` is the Simulation of one, to be commanded.
 
     What becomes of a body does not depend on the others: its numbers are the same bits as those of a Simulation of it
@@ -100,21 +100,6 @@ class Fleet(Mapping[str, Simulation]):
 
     def __len__(self) -> int:
         return len(self._simulations)
-
-    @property
-    def rate(self) -> float:
-        """Steps a second of simulated time [Hz]."""
-        return self._rate.value
-
-    @property
-    def time(self) -> float:
-        """Simulated time [s]."""
-        return self.steps / self._rate.value
-
-    @property
-    def time_ns(self) -> int:
-        """Simulated time [ns]; see Simulation.time_ns."""
-        return self._rate.nanoseconds(self.steps)
 
     def step(self, n: int = 1) -> None:
         """Advance by n steps all that have not stopped and do not wait. Raises ValueError for n below 0."""

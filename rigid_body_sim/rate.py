@@ -21,3 +21,25 @@ class Rate:
     def nanoseconds(self, steps: int) -> int:
         """Time of that many steps [ns]: round(steps · 10⁹ / rate), in integers, half up."""
         return (steps * self._per_step + self._half) // self._divisor
+
+
+class Timed:
+    """What is advanced by steps of a Rate: ``steps`` counts them."""
+
+    _rate: Rate
+    steps: int
+
+    @property
+    def rate(self) -> float:
+        """Steps a second of simulated time [Hz]."""
+        return self._rate.value
+
+    @property
+    def time(self) -> float:
+        """Simulated time [s]."""
+        return self.steps / self._rate.value
+
+    @property
+    def time_ns(self) -> int:
+        """Simulated time [ns]: round(steps · 10⁹ / rate), in integers, half up."""
+        return self._rate.nanoseconds(self.steps)

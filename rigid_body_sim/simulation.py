@@ -24,7 +24,7 @@ from .kernels.arrays import Floats, Vector, python_floats
 from .kernels.impulse import add_impulse
 from .kernels.model import FASTEST, INSIDE, MEMORY, WRENCH
 from .kernels.state import SIZE
-from .rate import Rate
+from .rate import Rate, Timed
 from .runs import running
 from .runs.schedule import WrenchSchedule
 from .runs.trajectory import Trajectory
@@ -58,7 +58,7 @@ class SimulationError(RuntimeError):
     trajectory: Trajectory | None = None
 
 
-class Simulation:
+class Simulation(Timed):
     """One rigid body, the wrench it holds, and time as a count of steps. It can be copied and pickled.
 
     Parameters
@@ -191,21 +191,6 @@ class Simulation:
     def contacts(self) -> tuple[Contact, ...]:
         """How each contact of the ground stands to it now: penetration, normal force and slip velocity."""
         return contacts_at(self.ground, self.body, self.state)
-
-    @property
-    def rate(self) -> float:
-        """Steps a second of simulated time [Hz]."""
-        return self._rate.value
-
-    @property
-    def time(self) -> float:
-        """Simulated time [s]."""
-        return self.steps / self._rate.value
-
-    @property
-    def time_ns(self) -> int:
-        """Simulated time [ns]: round(steps · 10⁹ / rate), in integers, half up."""
-        return self._rate.nanoseconds(self.steps)
 
     @property
     def wrench(self) -> Wrench:

@@ -12,10 +12,10 @@ from ..runs import plot
 from ..scenarios import scenario, several
 from ..scenarios.motion import Command, RecordedMotion, motion_in
 from ..scene.fleet import load_any
-from ..scene.loader import DEFAULT_NODE, Scene
+from ..scene.loader import Scene
 from ..scene.schema import one_line
 from ..theory import invariants
-from . import picture
+from . import bag_options, picture
 
 NAME = "rigid_body_plot"
 DRAWN, FAILED = 0, 1
@@ -51,23 +51,8 @@ def _parser() -> argparse.ArgumentParser:
         metavar="FILE",
         help="picture to write, .png, .svg or .pdf; may be given several times (default: BAG.png in this folder)",
     )
-    parser.add_argument(
-        "--scene",
-        type=Path,
-        metavar="FILE",
-        help="parameter file of the node (default: the scene in the bag's journal)",
-    )
-    parser.add_argument(
-        "--node",
-        default=DEFAULT_NODE,
-        metavar="NAME",
-        help="full name of the node whose section of that file is taken (default %(default)s)",
-    )
-    parser.add_argument(
-        "--pose", metavar="NAME", help="topic with the poses of the body (default: pose, else odom, else the only one)"
-    )
+    bag_options.add(parser)
     parser.add_argument("--body", metavar="NAME", help="of a bag of several bodies, the one that is drawn")
-    parser.add_argument("--recover", action="store_true", help="of a bag that is not whole, take what is")
     return parser
 
 

@@ -22,10 +22,10 @@ from ..scenarios.command_feed import Progress
 from ..scenarios.scenario import Choices, Scenario
 from ..scenarios.topics import A_POSE, there
 from ..scene.fleet import FleetScene, by_name, load_any
-from ..scene.loader import DEFAULT_NODE, Scene
+from ..scene.loader import Scene
 from ..scene.schema import one_line
 from ..simulation import SimulationError
-from . import picture, resim_output, resim_plot, sweep
+from . import bag_options, picture, resim_output, resim_plot, sweep
 from .resim_output import Run
 
 SAME, FAILED, DIFFERS = 0, 1, 2
@@ -67,18 +67,7 @@ def _parser() -> argparse.ArgumentParser:
         wrong=FAILED,
     )
     parser.add_argument("bag", type=Path, metavar="IN", help="a bag: its folder, or a lone .mcap or .db3 file")
-    parser.add_argument(
-        "--scene",
-        type=Path,
-        metavar="FILE",
-        help="parameter file of the node (default: the scene in the bag's journal)",
-    )
-    parser.add_argument(
-        "--node",
-        default=DEFAULT_NODE,
-        metavar="NAME",
-        help="full name of the node whose section of that file is taken (default %(default)s)",
-    )
+    bag_options.add(parser)
     parser.add_argument(
         "--out",
         type=Path,
@@ -114,9 +103,6 @@ def _parser() -> argparse.ArgumentParser:
         help="topic with commands (default: those of wrench.topics, or the only one); several times for several",
     )
     parser.add_argument(
-        "--pose", metavar="NAME", help="topic with the poses of the body (default: pose, else odom, else the only one)"
-    )
-    parser.add_argument(
         "--times",
         choices=(timing.HEADER, timing.RECEIVE),
         help="when commands took effect: by the stamps in their headers, or as received (default: header stamps that "
@@ -135,7 +121,6 @@ def _parser() -> argparse.ArgumentParser:
         metavar="NAME",
         help="of a bag of several bodies, one that is wanted (default: all of them); several times for several",
     )
-    parser.add_argument("--recover", action="store_true", help="of a bag that is not whole, take what is")
     group = parser.add_argument_group("many runs")
     group.add_argument(
         "--vary",
