@@ -58,12 +58,10 @@ class Fleet(Timed, Mapping[str, Simulation]):
         links: Sequence[Link] = (),
     ):
         self._simulations = dict(simulations)
+        _check(self._simulations, starts_on_command)
         rates = {one.rate for one in self._simulations.values()}
         if len(rates) != 1:
             raise ValueError(f"the bodies of a fleet have one rate for all, not {sorted(rates)}")
-        for name, one in self._simulations.items():
-            if one.steps:
-                raise ValueError(f"body {name}: has done {one.steps} steps; give simulations at step 0")
         self._rate = Rate(rates.pop())
         self._together = FleetSteps(tuple(self._simulations.values()), self._rate.h)
         self._linked = self._held_together(links)
@@ -76,7 +74,12 @@ class Fleet(Timed, Mapping[str, Simulation]):
     @classmethod
     def from_scene(cls, scene: FleetScene, make: Make = Simulation.from_scene) -> "Fleet":
         """The bodies that a scene describes; ``make`` makes the simulation of one. Raises ValueError as it does."""
-        simulations = {name: make(one) for name, one in scene.scenes.items()}
+        simulations = {}
+        for name, one in scene.scenes.items():
+            try:
+                simulations[name] = make(one)
+            except ValueError as reason:
+                raise ValueError(f"body {name}: {reason}") from None
         waiting = [name for name, one in scene.scenes.items() if one["start_on_command"]]
         return cls(simulations, waiting, scene.links)
 
@@ -143,7 +146,8 @@ class Fleet(Timed, Mapping[str, Simulation]):
         self.steps += n
 
     def set_going(self, name: str) -> None:
-        """A body that waits moves from the next step on, and those to which it is linked."""
+        """A body that waits moves from the next step on, and those to which it is linked. Raises KeyError."""
+        _ = self[name]
         self.waiting.difference_update(self._with(name))
 
     def clear_wrench(self) -> None:
@@ -156,8 +160,8 @@ class Fleet(Timed, Mapping[str, Simulation]):
 
         With a name that body alone does, with those to which it is linked, and time goes on.
         """
-        if name is not None and name not in self:
-            raise KeyError(name)
+        if name is not None:
+            _ = self[name]
         for each in self if name is None else self._with(name):
             self._catch_up(each)
             self._reset(self[each], keep_time or name is not None)
@@ -207,3 +211,18 @@ class Fleet(Timed, Mapping[str, Simulation]):
     def __repr__(self) -> str:
         told = f", {len(self.stopped)} stopped" if self.stopped else ""
         return f"Fleet({len(self)} bodies at {self.time:g} s, {self.rate:g} Hz{told})"
+
+
+def _check(simulations: Mapping[str, Simulation], starts_on_command: Collection[str]) -> None:
+    """Raise TypeError or ValueError for what cannot be the bodies of a fleet."""
+    seen: dict[int, str] = {}
+    for name, one in simulations.items():
+        if not isinstance(one, Simulation):
+            raise TypeError(f"body {name}: {one!r} is no Simulation; give a mapping of names to simulations")
+        if one.steps:
+            raise ValueError(f"body {name}: has done {one.steps} steps; give simulations at step 0")
+        if (other := seen.setdefault(id(one), name)) != name:
+            raise ValueError(f"body {name}: is the same simulation as {other}; give each body one of its own")
+    for name in starts_on_command:
+        if name not in simulations:
+            raise ValueError(f"starts_on_command: there is no body {name!r}; there are {', '.join(simulations)}")

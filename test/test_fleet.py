@@ -161,6 +161,15 @@ def test_what_is_no_fleet_is_refused():
         Fleet({"a": make(), "b": make(200.0)})
     with pytest.raises(ValueError, match="body b: has done 3 steps; give simulations at step 0"):
         Fleet({"a": make(), "b": make(steps=3)})
+    with pytest.raises(TypeError, match="body a: 1 is no Simulation"):
+        Fleet({"a": 1})
+    one = make()
+    with pytest.raises(ValueError, match="body b: is the same simulation as a; give each body one of its own"):
+        Fleet({"a": one, "b": one})
+    with pytest.raises(ValueError, match="starts_on_command: there is no body 'z'; there are a"):
+        Fleet({"a": make()}, ["z"])
+    with pytest.raises(ValueError, match=r"body b: parameter integrator.name = 'nope'"):
+        Fleet.from_scene(FleetScene({"bodies": ["a", "b"], "b.integrator.name": "nope"}))
     fleet = Fleet({"a": make()})
     with pytest.raises(ValueError, match=r"step\(-1\): time does not run backwards"):
         fleet.step(-1)
@@ -169,6 +178,8 @@ def test_what_is_no_fleet_is_refused():
         fleet["nobody"]
     with pytest.raises(KeyError):
         fleet.reset("nobody")
+    with pytest.raises(KeyError):
+        fleet.set_going("nobody")
 
 
 def test_two_satellites_differ_from_one_alone_by_their_start_alone():

@@ -46,6 +46,8 @@ class Link:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "bodies", self._two("bodies", "names of two bodies, such as ['drone', 'load']"))
+        if not all(isinstance(one, str) for one in self.bodies):
+            raise ValueError(f"link {self.name}: bodies {shown(list(self.bodies))} are no names; give texts")
         points = self._two("points", "two points, [x, y, z] each: one of the first body, one of the second")
         if self.bodies[0] == self.bodies[1]:
             raise ValueError(f"link {self.name}: both ends are on {shown(self.bodies[0])}; give two bodies")

@@ -75,6 +75,8 @@ class FleetScene:
     def __init__(self, given: Mapping[str, Any], folder: str | os.PathLike[str] = ""):
         self._given = schema.flat(given)
         self.names = _names(self._given)
+        if not self.names:
+            raise ValueError("no bodies are named; give bodies: [red, blue], or bodies.count, or take a Scene for one")
         self._shared, self._own = _sorted_out(self._given, self.names)
         files: mass_source.Files = {}
         self.scenes = {
@@ -178,8 +180,13 @@ class FleetScene:
 
     def _awaited(self) -> tuple[str, ...]:
         """The bodies that lockstep_on names. Raises ValueError for what is no body."""
-        on = schema.BY_NAME["lockstep_on"].read("lockstep_on", self._shared.get("lockstep_on", schema.LEADING[:1]))
-        named = tuple(name for name in on if name not in schema.LEADING)
+        for body, own in self._own.items():
+            for name in _named_in(own):
+                raise ValueError(
+                    f"parameter {body}.lockstep_on: {shown(name)} says for whom all wait; give it in lockstep_on "
+                    f"without a body's name, and here {' or '.join(schema.LEADING)}"
+                )
+        named = _named_in(self._shared)
         for name in named:
             if name not in self.names:
                 raise ValueError(
@@ -368,8 +375,18 @@ def _linked(shared: Given) -> set[str]:
 
 def _leading(given: Given) -> Any:
     """The kinds of commands among what lockstep_on has; of the bodies there FleetScene takes care."""
-    on = schema.BY_NAME["lockstep_on"].read("lockstep_on", given.get("lockstep_on", schema.LEADING[:1]))
-    return tuple(one for one in on if one in schema.LEADING) or schema.LEADING[:1]
+    return tuple(one for one in _lockstep_on(given) if one in schema.LEADING) or schema.LEADING[:1]
+
+
+def _named_in(given: Given) -> tuple[str, ...]:
+    """What lockstep_on has beside the kinds of commands."""
+    return tuple(one for one in _lockstep_on(given) if one not in schema.LEADING)
+
+
+def _lockstep_on(given: Given) -> tuple[str, ...]:
+    known = schema.BY_NAME["lockstep_on"]
+    names: tuple[str, ...] = known.read(known.name, given.get(known.name, known.default))
+    return names
 
 
 def _outputs(shared: Given, own: Given, is_last: bool) -> Any:

@@ -104,6 +104,8 @@ def test_name_of_a_body_is_a_name_in_ros(name):
     ("given", "said"),
     [
         ({"bodies": ["red", "red"]}, "'red' is given twice; give it once"),
+        ({"bodies": {}}, "no bodies are named; give bodies: [red, blue], or bodies.count"),
+        ({"red.lockstep_on": ["blue"]}, "parameter red.lockstep_on: 'blue' says for whom all wait"),
         ({"bodies": 3}, "parameter bodies = 3: is not an array"),
         ({"bodies": ["red"], "bodies.count": 3}, "parameters bodies and bodies.count are given"),
         ({"bodies": ["red"], "bodies.columns": 3}, "parameter bodies.columns is for counted bodies; give bodies.count"),
