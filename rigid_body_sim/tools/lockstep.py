@@ -42,8 +42,8 @@ def run(
     __ns:=/lockstep_...`` is put at its end, so that no other run is heard: its topics must be relative. It must ask
     for the state that the node keeps (durability TRANSIENT_LOCAL), or begin with a command.
 
-    The node records into ``bag``, a folder that does not exist yet, or else into one that is removed afterwards.
-    rigid_body_plot draws it, rigid_body_resim simulates it again.
+    The node records into ``bag``, a folder that does not exist yet, or else into one that is removed afterwards. The
+    bag goes on until both have ended, somewhat after ``seconds``; what is returned does not.
 
     Raises ChildError (``rigid_body_sim.tools.processes``) when one of the two ends by itself, LockstepError when
     simulated time stands still for ``patience`` [s], and ValueError for seconds that are not greater than zero. Needs

@@ -51,20 +51,24 @@ class Reader:
             self._run(block.text)
 
     def _run(self, text, statuses=(0,)):
-        ended = subprocess.run(
-            ["bash", "-ec", text], cwd=self.folder, env=self._environment, stdin=subprocess.DEVNULL,
-            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=SECONDS,
-        )  # fmt: skip
-        assert ended.returncode in statuses, f"{text}\n{ended.stdout}"
+        process, output = self._begin(text, "output.txt")
+        try:
+            status = process.wait(SECONDS)
+        finally:
+            _kill(process)  # and all that it has started and left behind
+        assert status in statuses, f"{text}\n{output.read_text()}"
 
     def _start(self, text):
-        output = self.folder / f"output_{len(self._running)}.txt"
+        self._running.append((*self._begin(text, f"output_{len(self._running)}.txt"), text))
+
+    def _begin(self, text, name):
+        output = self.folder / name
         with output.open("w") as file:
             process = subprocess.Popen(
                 ["bash", "-ec", text], cwd=self.folder, env=self._environment, stdin=subprocess.DEVNULL,
                 stdout=file, stderr=subprocess.STDOUT, start_new_session=True,
             )  # fmt: skip
-        self._running.append((process, output, text))
+        return process, output
 
     def wait_ready(self):
         """Until the programs that run have all said that they are ready."""
@@ -91,6 +95,11 @@ class Reader:
     def leave(self):
         """End what still runs."""
         for process, *_ in self._running:
-            with contextlib.suppress(ProcessLookupError):
-                os.killpg(process.pid, signal.SIGKILL)
-            process.wait()
+            _kill(process)
+
+
+def _kill(process):
+    """A session of processes."""
+    with contextlib.suppress(ProcessLookupError):
+        os.killpg(process.pid, signal.SIGKILL)
+    process.wait()

@@ -72,7 +72,7 @@ def test_satellite_with_wheels(reader):
 
 def test_rov_in_a_current(reader):
     follow(reader, page_named("rov_in_a_current"))
-    assert (reader.folder / "held_0.3.png").exists()
+    assert (reader.folder / "with_integral.png").exists() and (reader.folder / "without_integral.png").exists()
 
 
 def test_every_tutorial_is_followed():
