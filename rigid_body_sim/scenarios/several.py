@@ -1,8 +1,9 @@
 """A bag of several bodies as the bag of each: its topics, and its part of the journal."""
 
 import json
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from typing import TypeVar
+from typing import TypeVar, overload
 
 from ..bags import journal as journals
 from ..bags.reading import Bag
@@ -41,15 +42,35 @@ def of_body(bag: Bag, scene: FleetScene, name: str) -> Bag:
     )
 
 
+@overload
+def each(bag: Bag, scene: Scene | FleetScene, wanted: Sequence[str] = ()) -> Iterator[tuple[str, Bag, Scene]]: ...
+@overload
+def each(
+    bag: Bag, scene: Scene | FleetScene | None, wanted: Sequence[str] = ()
+) -> Iterator[tuple[str, Bag, Scene | None]]: ...
+def each(
+    bag: Bag, scene: Scene | FleetScene | None, wanted: Sequence[str] = ()
+) -> Iterator[tuple[str, Bag, Scene | None]]:
+    """Name, bag and scene of each body that is wanted, or of all; of an only one what is given, without a name.
+
+    Raises ValueError for a name that is wanted where there is but one body, and as ``of_body`` does.
+    """
+    if not isinstance(scene, FleetScene):
+        if wanted:
+            raise ValueError(f"body {shown(wanted[0])}: the scene is of one body; leave the name out")
+        yield "", bag, scene
+        return
+    for name in wanted or scene.names:
+        yield name, of_body(bag, scene, name), scene.scenes[name]
+
+
 def chosen(bag: Bag, scene: Scene | FleetScene, body: str | None) -> tuple[Bag, Scene]:
-    """Bag and scene, or of several bodies those of one. Raises ValueError where none is named, or another."""
-    if isinstance(scene, Scene):
-        if body is not None:
-            raise ValueError(f"body {shown(body)}: the scene is of one body; leave it out")
-        return bag, scene
-    if body is None:
-        raise ValueError(f"{bag.path}: is of several bodies, {', '.join(scene.names)}; choose one (body)")
-    return of_body(bag, scene, body), scene.scenes[body]
+    """Bag and scene of the only body, or of the one that is named. Raises ValueError where that does not say which."""
+    found = list(each(bag, scene, () if body is None else (body,)))
+    if len(found) != 1:
+        names = ", ".join(name for name, *_ in found)
+        raise ValueError(f"{bag.path}: is of several bodies, {names}; choose one (body)")
+    return found[0][1:]
 
 
 def _is_of(topic: str, scene: FleetScene, name: str) -> bool:

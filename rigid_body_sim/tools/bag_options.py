@@ -23,4 +23,11 @@ def add(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--pose", metavar="NAME", help="topic with the poses of the body (default: pose, else odom, else the only one)"
     )
+    parser.add_argument(
+        "--body",
+        action="append",
+        default=[],
+        metavar="NAME",
+        help="of a bag of several bodies, one that is wanted (default: all of them); several times for several",
+    )
     parser.add_argument("--recover", action="store_true", help="of a bag that is not whole, take what is")

@@ -52,7 +52,6 @@ def _parser() -> argparse.ArgumentParser:
         help="picture to write, .png, .svg or .pdf; may be given several times (default: BAG.png in this folder)",
     )
     bag_options.add(parser)
-    parser.add_argument("--body", metavar="NAME", help="of a bag of several bodies, the one that is drawn")
     return parser
 
 
@@ -61,17 +60,17 @@ def _draw(options: argparse.Namespace) -> int:
     for path in pictures:
         picture.check(path, "--out")
     bag = read(options.bag, recover=options.recover)
-    known = scenario.scene_of(bag) if options.scene is None else load_any(options.scene, options.node)
-    scene: Scene | None = None
-    if known is not None:
-        bag, scene = several.chosen(bag, known, options.body)
-    motion = motion_in(bag, scene or Scene(), options.pose)
-    for sentence in _sentences(motion, scene):
-        print(f"  {sentence}")
-    figure = plot.stacked(list(panels(motion, scene)), f"{options.bag.name}: {motion.topic}, {len(motion)} poses")
-    for path in pictures:
-        picture.save(figure, path)
-        print(f"Picture: {path}")
+    scene = scenario.scene_of(bag) if options.scene is None else load_any(options.scene, options.node)
+    for name, part, its_scene in several.each(bag, scene, options.body):
+        motion = motion_in(part, its_scene or Scene(), options.pose)
+        for sentence in _sentences(motion, its_scene):
+            print(f"  {sentence}")
+        title = f"{options.bag.name}: {motion.topic}, {len(motion)} poses"
+        figure = plot.stacked(list(panels(motion, its_scene)), title)
+        for path in pictures:
+            own = picture.of_body(path, name)
+            picture.save(figure, own)
+            print(f"Picture: {own}")
     return DRAWN
 
 

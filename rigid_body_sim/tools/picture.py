@@ -24,6 +24,11 @@ def save(figure: Any, path: Path) -> None:
     beside.replace(path)
 
 
+def of_body(path: Path, name: str) -> Path:
+    """Where the picture of one of several bodies goes; that of an only one, without a name, stays."""
+    return path.with_name(f"{path.stem}.{name}{path.suffix}") if name else path
+
+
 def stem(bag: Path) -> str:
     """Name of a bag without its ending, for files in the working directory."""
     return bag.absolute().name.split(".")[0]

@@ -21,7 +21,7 @@ from ..scenarios import several, timing
 from ..scenarios.command_feed import Progress
 from ..scenarios.scenario import Choices, Scenario
 from ..scenarios.topics import A_POSE, there
-from ..scene.fleet import FleetScene, by_name, load_any
+from ..scene.fleet import FleetScene, load_any
 from ..scene.loader import Scene
 from ..scene.schema import one_line
 from ..simulation import SimulationError
@@ -113,13 +113,6 @@ def _parser() -> argparse.ArgumentParser:
         choices=(scenarios.SCENE, scenarios.BAG),
         help="initial state: the scene's, or the first recorded pose and twist (default: the scene's when the first "
         "pose is that)",
-    )
-    parser.add_argument(
-        "--body",
-        action="append",
-        default=[],
-        metavar="NAME",
-        help="of a bag of several bodies, one that is wanted (default: all of them); several times for several",
     )
     group = parser.add_argument_group("many runs")
     group.add_argument(
@@ -228,15 +221,11 @@ def _prepared(options: argparse.Namespace) -> tuple[Bag, Scene | FleetScene, lis
     if scene is None:
         scene, told = Scene(), "Scene: the node's defaults, because neither --scene nor a journal gives one."
     choices = Choices(tuple(options.topic), options.pose, options.times, options.start)
-    if isinstance(scene, Scene) and options.body:
-        raise ValueError(f"--body {options.body[0]}: the scene is of one body; leave it out")
-    wanted = options.body or by_name(scene)
-    parts = {name: several.of_body(bag, scene, name) if isinstance(scene, FleetScene) else bag for name in wanted}
     prepared = []
-    for name, part in parts.items():
-        scenario = scenarios.prepare(part, by_name(scene)[name], choices)
+    for name, part, its_scene in several.each(bag, scene, options.body):
+        scenario = scenarios.prepare(part, its_scene, choices)
         _tell(part, scenario, told, name)
-        prepared.append(Prepared(name, part, by_name(scene)[name], scenario))
+        prepared.append(Prepared(name, part, its_scene, scenario))
     return bag, scene, prepared
 
 
@@ -300,8 +289,8 @@ def _compare(run: Run, options: argparse.Namespace, drawing: Path | None) -> int
     if name:
         print(f"{name}:")
     if drawing is not None:
-        path = drawing.with_name(f"{drawing.stem}.{name}{drawing.suffix}") if name else drawing
-        resim_plot.draw(comparison, tolerance, " ".join([options.bag.name, name, "simulated again"]), path)
+        path = picture.of_body(drawing, name)
+        resim_plot.draw(comparison, tolerance, " ".join(filter(None, (options.bag.name, name, "simulated again"))), path)
         print(f"Picture: {path}")
     _tell_errors(comparison)
     status = _verdict(comparison, tolerance)

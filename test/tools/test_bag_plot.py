@@ -90,6 +90,17 @@ def test_actuators_have_their_names_in_the_picture(folder):
         assert [label for label, _ in panel.lines] == shown and panel.held
 
 
+def test_each_of_several_bodies_has_its_picture(folder, capsys):
+    at, poses = making.EPOCH_NS, {"red": (1, 2, 3, 1, 0, 0, 0), "blue": (4, 5, 6, 1, 0, 0, 0)}
+    messages = [(f"/{name}/pose", at, making.pose_stamped(at, "world", pose)) for name, pose in poses.items()]
+    making.make(folder / "pair", messages)
+    text = yaml.safe_dump({"/**": {"ros__parameters": {"bodies": list(poses)}}})
+    (folder / "pair.yaml").write_text(text)
+    assert call(capsys, "pair", "--scene", "pair.yaml")[0] == 0
+    assert (folder / "pair.red.png").exists() and (folder / "pair.blue.png").exists()
+    assert "/red/pose" in call(capsys, "pair")[2]  # without the scene there is no telling which
+
+
 def test_long_lines_keep_their_peaks():
     values = np.zeros(100_001)
     values[[1, 5_000, 77_777, 100_000]] = (3.0, -1.0, 2.0, 4.0)
