@@ -523,16 +523,18 @@ class Simulation(Timed):
     def restore(self, snapshot: Snapshot) -> None:
         """Continue from a snapshot taken with the same body, rate, terms and integrator: the same bits follow.
 
-        Raises ValueError, and changes nothing, for one of other actuators or gusts.
+        Raises ValueError, and changes nothing, for one of other actuators or gusts, or whose wrench the integrator
+        cannot be given.
         """
         if snapshot.remembers != self.terms.remembers(self._h) or len(snapshot.actuators[0]) != len(self.actuators):
             raise ValueError(
                 "the snapshot is of other actuators or gusts, or another rate: what they remember does not fit; "
                 "restore it in a simulation made in the same way"
             )
+        held = Held({name: (wrench, expiry) for name, wrench, expiry in snapshot.sources})
+        self._stepping.for_wrench(held.total)  # which raises for one that the integrator cannot be given
         self._stepping.stiffness = snapshot.stiffness
         self._actuation.commands, self._actuation.end = snapshot.actuators
-        held = Held({name: (wrench, expiry) for name, wrench, expiry in snapshot.sources})
         self._begin_with(self.terms.model(NO_WRENCH, np.array(snapshot.memory)), held)
         self._state[:] = snapshot.state
         self.steps = snapshot.steps

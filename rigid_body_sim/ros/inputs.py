@@ -173,7 +173,8 @@ class Inputs:
                 f"parameter wrench.topics: {shown(topic)} cannot be the name of a topic; "
                 "give letters, digits and '_', no digit first, with '/' between namespaces"
             ) from None
-        if name in taken or name in {each.end.topic_name for each in self.inputs}:
+        own = {node.resolve_topic_name(inside(self._space, each)) for each in self._ends}
+        if name in taken or name in own:
             raise ValueError(
                 f"parameter wrench.topics: {shown(topic)} is {name}, which this node uses already; give each source "
                 "a topic of its own"

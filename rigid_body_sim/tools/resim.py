@@ -290,7 +290,9 @@ def _compare(run: Run, options: argparse.Namespace, drawing: Path | None) -> int
         print(f"{name}:")
     if drawing is not None:
         path = picture.of_body(drawing, name)
-        resim_plot.draw(comparison, tolerance, " ".join(filter(None, (options.bag.name, name, "simulated again"))), path)
+        resim_plot.draw(
+            comparison, tolerance, " ".join(filter(None, (options.bag.name, name, "simulated again"))), path
+        )
         print(f"Picture: {path}")
     _tell_errors(comparison)
     status = _verdict(comparison, tolerance)

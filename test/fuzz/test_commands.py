@@ -101,7 +101,7 @@ class Subject:
         self.simulation = Simulation.from_scene(scene)
         self.loop = loops.Loop(scene, self.simulation, Unheard(), lambda _: None)
         self.node = Listener()
-        self.inputs = inputs.Inputs(self.node, scene, self.loop)
+        self.inputs = inputs.Inputs(self.node, scene, self.loop, set())
 
     def fresh(self):
         self.loop.reset(time_too=True)

@@ -201,7 +201,7 @@ def test_the_page_works_in_a_browser(chromium, folder, tmp_path):
     found, failures = browser.ask(chromium, folder / "report.html", _LOOK, tmp_path)
     assert failures == []
     assert found["svg"] == [True] * 4 and found["img"] == 0 and found["fetched"] == 0 and found["broken"] == 0
-    assert found["tables"] == 6
+    assert found["tables"] == 9
     assert found["up"] == sorted(found["up"]) and len(set(found["up"])) > 3
     assert found["down"] == found["up"][::-1]
     assert found["names"] == sorted(found["names"]) and not found["wide"]

@@ -246,7 +246,7 @@ def test_refusal_is_a_sentence(topic, frame_id, first, second, reason, sentence)
     from rclpy.serialization import serialize_message
 
     ears, simulation = Ears(), Simulation.from_scene(SCENE_IN_USE)
-    heard = inputs.Inputs(ears, SCENE_IN_USE, SimpleNamespace(failure="", simulation=simulation))
+    heard = inputs.Inputs(ears, SCENE_IN_USE, SimpleNamespace(failure="", simulation=simulation), set())
     before = simulation.save()
     make = remote.pose_message if topic == "set_pose" else remote.twist_message
     ears.callbacks[topic](serialize_message(make(frame_id, first, second)))

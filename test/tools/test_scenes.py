@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rigid_body_sim import Simulation, load_scene
-from rigid_body_sim.scene import schema
+from rigid_body_sim import Fleet, Scene, Simulation, load_scene
+from rigid_body_sim.scene.fleet import load_any
 from rigid_body_sim.theory import invariants
 from rigid_body_sim.values import rotation
 
@@ -22,16 +22,18 @@ def test_all_are_here():
 
 @pytest.mark.parametrize("name", SCENES)
 def test_loads_and_runs(name):
-    simulation = Simulation.from_scene(load_scene(CONFIG / f"{name}.yaml"))
-    simulation.step(100)
-    assert np.isfinite(simulation.state.values).all()
+    scene = load_any(CONFIG / f"{name}.yaml")
+    fleet = Fleet({"": Simulation.from_scene(scene)}) if isinstance(scene, Scene) else Fleet.from_scene(scene)
+    fleet.step(100)
+    assert not fleet.stopped and all(np.isfinite(one.state.values).all() for one in fleet.values())
 
 
 @pytest.mark.parametrize("name", SCENES)
 def test_ros_reads_every_number_as_a_float(name):
     """A ROS array that mixes 0 and 0.0 is refused by the ROS parameter parser."""
-    for key, value in load_scene(CONFIG / f"{name}.yaml").values.items():
-        if schema.find(key).type is tuple:
+    scene = load_any(CONFIG / f"{name}.yaml")
+    for key, value in scene.values.items():
+        if scene.parameter(key).type is tuple:
             assert all(isinstance(number, float) for number in value), key
 
 
