@@ -226,15 +226,16 @@ def noise_rows(group: Group, unit: str, of: str) -> tuple[Parameter, ...]:
 
     def density(name: str, text: str, per: str) -> Parameter:
         units = ", ".join(f"{one.strip()}{per}" for one in unit.split(","))
+        units = units.replace("rad/s/s/", "rad/s²/").replace("m/s²/s/", "m/s³/")
         return row(group.prefix + name, float, 0.0, f"{text} of {of}.", units, least=0.0)
 
     made = {
         "noise_density": density("noise_density", "White noise", "/√Hz"),
         "bias": row(
-            f"{group.prefix}bias", tuple, (), f"What is added to {of}, a number for each value.", unit, optional=True
+            f"{group.prefix}bias", tuple, (), f"Constant offset of {of}, a number for each value.", unit, optional=True
         ),
-        "random_walk": density("random_walk", "How a bias wanders", "/s/√Hz"),
+        "random_walk": density("random_walk", "Random walk of the bias", "/s/√Hz"),
         "quantization": density("quantization", "Step between two values", ""),
-        "range": density("range", "Greatest magnitude, beyond which it is this, 0 = none,", ""),
+        "range": density("range", "Full scale, at which values saturate, 0 = no limit,", ""),
     }
     return tuple(made[name] for name in group.has)

@@ -68,7 +68,14 @@ TYPE = SensorType(
     show=_show,
     own=("range", "min_range", "field_of_view", "radiation"),
     parameters=(
-        row("min_range", float, 0.0, "Of range: what is nearer shows as -inf.", "m", least=0.0),
+        row(
+            "min_range",
+            float,
+            0.0,
+            "Of range: what is nearer shows as -inf, and what is beyond its range, which must be given, as +inf.",
+            "m",
+            least=0.0,
+        ),
         row("field_of_view", float, 0.0, "Of range: what its messages say.", "rad", least=0.0),
         row("radiation", str, "infrared", "Of range: what its messages say.", choices=RADIATION),
     ),
