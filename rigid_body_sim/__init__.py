@@ -11,6 +11,7 @@ if TYPE_CHECKING:  # what type checkers see of _HOMES; a test compares the two
     from .effects.fluid import Fluid as Fluid
     from .effects.ground import Contact as Contact
     from .effects.ground import Ground as Ground
+    from .effects.link import Link as Link
     from .effects.tether import Tether as Tether
     from .ensemble import Ensemble as Ensemble
     from .fleet import Fleet as Fleet
@@ -56,6 +57,7 @@ _HOMES = {  # of each public name
     "Gnss": "sensors.gnss",
     "Ground": "effects.ground",
     "Imu": "sensors.imu",
+    "Link": "effects.link",
     "Magnetometer": "sensors.magnetometer",
     "Noise": "sensors.base",
     "PoseSensor": "sensors.pose",

@@ -10,7 +10,7 @@ from ..command_line import WRONG
 from . import command_line, middleware, program
 
 NAME = "rigid_body_node"
-DESCRIPTION = """Simulates a rigid body: wrench commands in, pose and twist out, at a fixed rate.
+DESCRIPTION = """Simulates rigid bodies: wrenches or commands to actuators in, pose, twist and what sensors measure out.
 
 Without parameters it is a body of 1 kg at rest. All parameters, topics and services: docs/reference/interface.md."""
 EXAMPLE = "--ros-args --params-file config/satellite.yaml -p body.mass:=2.0 -r __ns:=/satellite"

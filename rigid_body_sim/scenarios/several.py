@@ -57,7 +57,7 @@ def each(
     """
     if not isinstance(scene, FleetScene):
         if wanted:
-            raise ValueError(f"body {shown(wanted[0])}: the scene is of one body; leave the name out")
+            raise ValueError(f"body {shown(wanted[0])}: there is but one body, which has no name; leave this one out")
         yield "", bag, scene
         return
     for name in wanted or scene.names:

@@ -190,8 +190,8 @@ class FleetScene:
         for name in named:
             if name not in self.names:
                 raise ValueError(
-                    f"parameter lockstep_on: {shown(name)} is no body; give names of bodies, {_some(self.names)}, "
-                    f"or which commands lead, {' or '.join(schema.LEADING)}"
+                    f"parameter lockstep_on: {shown(name)} is no body; give names of bodies ({_some(self.names)}) "
+                    f"or which commands lead ({' or '.join(schema.LEADING)})"
                 )
         return named
 
@@ -201,6 +201,12 @@ class FleetScene:
         bodies = {name: scene.body() for name, scene in self.scenes.items()}
         for one in links:
             link.row(one, bodies)
+            for name in one.bodies:
+                if (asked := self.scenes[name]["integrator.name"]) != plan.LINKED:
+                    raise ValueError(
+                        f"parameter integrator.name = {shown(asked)}: {name} has links, and bodies with links are "
+                        f"advanced by {plan.LINKED!r}; leave it out"
+                    )
         return links
 
     def _told(self, name: str, make: Callable[[], Scene]) -> Scene:
@@ -261,7 +267,7 @@ def _names(given: Mapping[str, Any]) -> tuple[str, ...]:
     names = table["bodies"].read("bodies", given.get("bodies", ()))
     count = table[COUNT].read(COUNT, given.get(COUNT, 0))
     if names and count:
-        raise ValueError(f"parameters bodies and {COUNT} are given; name the bodies, or count them: leave one out")
+        raise ValueError(f"parameters bodies and {COUNT} are given; name the bodies, or count them")
     for key in given:
         if key.startswith("bodies.") and not count:
             raise ValueError(f"parameter {schema.shown_name(key)} is for counted bodies; give {COUNT}, too")
@@ -281,7 +287,7 @@ def _check_name(name: str, parameter: str) -> None:
     for taken, what in ((groups, "a parameter"), ({*TAKEN, *schema.OUTPUTS}, "a topic or service")):
         if name in taken:
             raise ValueError(
-                f"parameter {parameter}: a body cannot be called {name!r}, as {what} is; give another name"
+                f"parameter {parameter}: a body cannot be called {name!r}, which is the name of {what}; give another"
             )
 
 
@@ -336,8 +342,8 @@ def _of_body(name: str, place: int, shared: Given, own: Given, names: tuple[str,
     """What a Scene of one body is made from."""
     of_bodies = {key: value for key, value in shared.items() if key.split(".")[0] not in schema.OF_SEVERAL}
     given = attitude.over(of_bodies, own)
-    if name in _linked(shared):
-        given.setdefault("integrator.name", plan.LINKED)
+    if name in _linked(shared) and given.get("integrator.name", "auto") == "auto":
+        given["integrator.name"] = plan.LINKED
     given["lockstep_on"] = _leading(given)
     if clocked := _outputs(shared, own, is_last=place == len(names) - 1):
         given["outputs"] = clocked

@@ -207,7 +207,7 @@ class Scene:
         for sensor in self.sensors():
             if sensor.name in there:
                 raise ValueError(
-                    f"parameter sensors.{sensor.name}: the node has a topic {sensor.name} without it; give the sensor "
+                    f"parameter sensors.{sensor.name}: the node already has a topic {sensor.name}; give the sensor "
                     "another name, which is that of its topic"
                 )
             for row in sensors.ROWS:

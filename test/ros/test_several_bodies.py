@@ -321,7 +321,7 @@ def resim(bag, *arguments):
 @pytest.mark.parametrize(
     ("parameters", "said"),
     [
-        ({"bodies": ["red", "wrench"]}, "a body cannot be called 'wrench', as a parameter is"),
+        ({"bodies": ["red", "wrench"]}, "a body cannot be called 'wrench', which is the name of a parameter"),
         ({"bodies": ["red", "red"]}, "'red' is given twice; give it once"),
         ({"bodies": ["red", "7"]}, "'7' cannot be the name of a body"),
         ({"bodies": ["red"], "red.wrench.topics": ["pose"]}, "/red/pose, which this node uses already"),

@@ -36,10 +36,10 @@ OF_SCENES = {
     "two underscores": ({"sensors.i__mu.type": "imu"}, "its name is that of a topic of ROS"),
     "an output's topic": (
         {**IMU, "outputs": ["imu"]},
-        r"parameter sensors\.imu: the node has a topic imu without it; give the sensor another name",
+        r"parameter sensors\.imu: the node already has a topic imu; give the sensor another name",
     ),
-    "a command's topic": ({**IMU, "wrench.topics": ["/imu"]}, "the node has a topic imu without it"),
-    "pose's topic": ({"sensors.pose.type": "pose"}, "the node has a topic pose without it"),
+    "a command's topic": ({**IMU, "wrench.topics": ["/imu"]}, "the node already has a topic imu"),
+    "pose's topic": ({"sensors.pose.type": "pose"}, "the node already has a topic pose"),
     "bias of another length": (
         {**IMU, "sensors.imu.gyroscope.bias": [0.1, 0.2]},
         r"parameter sensors\.imu: gyroscope\.bias \[0\.1, 0\.2\] has 2 entries; give 3, or none",
