@@ -175,7 +175,7 @@ def test_other_settings_are_not_mixed_into_a_folder(folder, capsys):
 
 _LOOK = """
 const column = (t, i) => [...t.tBodies[0].rows].map((row) => row.cells[i].dataset.value ?? row.cells[i].textContent);
-const table = document.querySelectorAll("table")[2], button = table.querySelectorAll("th button")[4];
+const table = document.querySelectorAll("table")[3], button = table.querySelectorAll("th button")[4];
 button.click(); const up = column(table, 4); button.click(); const down = column(table, 4);
 const names = table.querySelectorAll("th button")[0]; names.click();
 return {
