@@ -178,27 +178,28 @@ def test_error_against_references(name, rate, rtol, bound):
             assert_allclose(whole.state(body).values[:13], np.array(values, float), rtol=0, atol=bound)
 
 
-def test_link_of_no_stiffness_leaves_each_body_as_it_moves_alone():
-    """To rtol, not to the bit: the sub-steps are those that the other body needs. The one falls to the ground.
+GROUND = Ground(-0.3, stiffness=2e3, damping=10.0, friction=0.5, contacts=((0.1, 0, 0), (-0.1, 0.1, 0), (0, -0.1, 0)))
+FALLING = {"gravity": DOWN, "drag": Drag((1.0, 2.0, 3.0), (0.5, 0.6, 0.7)), "ground": GROUND}
 
-    It needs the shorter ones, and moves as it does alone to the bit; the other to 2e-15.
+
+@pytest.mark.parametrize(("second", "bound"), [({"gravity": DOWN}, 1e-14), (FALLING, 5e-9)], ids=["one", "both"])
+def test_link_of_no_stiffness_leaves_each_body_as_it_moves_alone(second, bound):
+    """To rtol, not to the bit: the sub-steps are those that the other body needs. One or both fall to the ground.
+
+    Where one does it needs the shorter ones, and moves as alone to the bit, the other to 2e-15; where both do, to 1e-9.
     """
-    ground = Ground(
-        -0.3, stiffness=2e3, damping=10.0, friction=0.5, contacts=((0.1, 0, 0), (-0.1, 0.1, 0), (0, -0.1, 0))
-    )
-    acting = {"gravity": DOWN, "drag": Drag((1.0, 2.0, 3.0), (0.5, 0.6, 0.7)), "ground": ground}
-    moving = State(velocity=(0.5, 0.0, 0.1), angular_velocity=(0.3, -0.2, 1.0))
-    both = Linked(
-        {"a": (Terms(LARGE, **acting), moving), "b": (Terms(SMALL, DOWN), TURNING)}, [spring(stiffness=0.0)], 200.0
-    )
+    bodies = {
+        "a": (LARGE, State(velocity=(0.5, 0.0, 0.1), angular_velocity=(0.3, -0.2, 1.0)), FALLING),
+        "b": (SMALL, State((1.0, 0.0, 0.1), (0.9, 0.1, -0.3, 0.2), (0.3, -0.2, 0.5), (0.5, -1.0, 0.7)), second),
+    }
+    linked_bodies = {name: (Terms(body, **acting), state) for name, (body, state, acting) in bodies.items()}
+    both = Linked(linked_bodies, [spring(stiffness=0.0)], 200.0)
     assert both.step(120) == 120
-    alone = Simulation(LARGE, moving, rate=200.0, integrator="dop853", **acting)
-    other = Simulation(SMALL, TURNING, rate=200.0, integrator="dop853", gravity=DOWN)
-    alone.step(120)
-    other.step(120)
-    assert alone.contacts[0].normal_force > 1.0
-    assert_allclose(both.state("a").values, alone.state.values, rtol=0, atol=1e-14)
-    assert_allclose(both.state("b").values, other.state.values, rtol=0, atol=1e-14)
+    for name, (body, state, acting) in bodies.items():
+        alone = Simulation(body, state, rate=200.0, integrator="dop853", **acting)
+        alone.step(120)
+        assert acting is not FALLING or sum(one.normal_force for one in alone.contacts) > 1.0
+        assert_allclose(both.state(name).values, alone.state.values, rtol=0, atol=bound)
 
 
 def test_slack_rope_changes_no_momentum_by_one_bit():
@@ -209,15 +210,18 @@ def test_slack_rope_changes_no_momentum_by_one_bit():
 
 
 @pytest.mark.no_numba
-@pytest.mark.parametrize(("rtol", "bound"), [(1e-6, 2e-6), (1e-9, 2e-9), (1e-12, 2e-9)])
-def test_rope_that_pulls_taut_throws_the_bodies_back(rtol, bound):
+@pytest.mark.parametrize(
+    ("rtol", "rate", "bound"), [(1e-4, 20.0, 5e-7), (1e-6, 100.0, 1e-6), (1e-9, 100.0, 2e-9), (1e-12, 100.0, 2e-9)]
+)
+def test_rope_that_pulls_taut_throws_the_bodies_back(rtol, rate, bound):
     """Half a swing, π / ω, at the end of which the relative velocity is turned round, and it is slack again.
 
-    Measured 2e-7, 5e-12 and 6e-10: at a kink, what round-off of the positions may do is allowed for (see ``weighed``).
+    Measured 3e-8 (5e-6 without a word that there is a kink), 2e-7, 5e-12 and 6e-10: at a kink, what round-off of the
+    positions may do is allowed for (see ``weighed``).
     """
     rope = spring(rest_length=1.0, stiffness=1e4, slack=True)
-    both = pair(rope, state=State((0.0, 0.0, 0.9), velocity=(0.0, 0.0, 2.0)), rtol=rtol, rate=100.0)
-    assert both.step(20) == 20
+    both = pair(rope, state=State((0.0, 0.0, 0.9), velocity=(0.0, 0.0, 2.0)), rtol=rtol, rate=rate)
+    assert both.step(round(0.2 * rate)) == round(0.2 * rate)
     omega = math.sqrt(1e4 * (1.0 + 1.0 / 3.0))
     length = 1.0 - 2.0 * (0.2 - 0.05 - math.pi / omega)
     lower, upper = both.state("a"), both.state("b")
