@@ -99,7 +99,7 @@ class Reader:
 
 
 def _kill(process):
-    """A session of processes."""
+    """Processes that are started, and killed, together."""
     with contextlib.suppress(ProcessLookupError):
         os.killpg(process.pid, signal.SIGKILL)
     process.wait()
