@@ -37,7 +37,6 @@ class Gnss(Sensor):
             if value > _FURTHEST.get(name, 1e308):
                 raise ValueError(f"{self}: {name} {value:g} is more than {_FURTHEST[name]:g} degrees")
             self._set(name, value)
-        _pyproj(self)
 
 
 def _pyproj(gnss: Gnss) -> Any:

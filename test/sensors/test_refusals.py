@@ -1,5 +1,6 @@
 """What cannot be is refused by a sentence that says what was given, and what would be right."""
 
+import subprocess
 import sys
 
 import pytest
@@ -125,10 +126,19 @@ def test_a_sensor_that_is_not_there_is_named_with_those_that_are():
 
 def test_gnss_without_pyproj_is_refused_by_a_sentence(monkeypatch):
     monkeypatch.setitem(sys.modules, "pyproj", None)
+    scene = Scene({"sensors.gps.type": "gnss"})
     with pytest.raises(
-        ValueError, match=r"sensors\.gps: type gnss needs pyproj, .*install it .* or leave the sensor out"
+        ValueError, match=r"sensor 'gps': type gnss needs pyproj, .*install it .* or leave the sensor out"
     ):
-        Scene({"sensors.gps.type": "gnss"})
+        Simulation.from_scene(scene)
+
+
+def test_nothing_but_gnss_needs_pyproj():
+    text = (
+        "import sys; sys.modules['pyproj'] = None; from rigid_body_sim import Scene, Simulation; print(Scene()['rate'])"
+    )
+    found = subprocess.run([sys.executable, "-c", text], capture_output=True, text=True, check=True)
+    assert found.stdout == "1000.0\n"
 
 
 def test_a_delay_that_is_no_whole_number_of_steps_is_noted():
