@@ -127,9 +127,7 @@ def test_a_sensor_that_is_not_there_is_named_with_those_that_are():
 def test_gnss_without_pyproj_is_refused_by_a_sentence(monkeypatch):
     monkeypatch.setitem(sys.modules, "pyproj", None)
     scene = Scene({"sensors.gps.type": "gnss"})
-    with pytest.raises(
-        ValueError, match=r"sensor 'gps': type gnss needs pyproj, .* or leave the sensor out"
-    ):
+    with pytest.raises(ValueError, match=r"sensor 'gps': type gnss needs pyproj, .* or leave the sensor out"):
         Simulation.from_scene(scene)
 
 
