@@ -29,10 +29,10 @@ class FleetSnapshot(NamedTuple):
 class Fleet(Timed, Mapping[str, Simulation]):
     """Several bodies that share a count of steps; ``fleet["red"]`` is the Simulation of one, to be commanded.
 
-    What becomes of a body does not depend on the others: its numbers are the same bits as those of a Simulation of it
-    alone. A body whose step cannot be done stays where it was, with the reason in ``stopped``, and the others go on.
-    Bodies in ``waiting`` stay, too, while their time passes, until ``set_going``. ``on_stop(name)`` is called when a
-    body stops.
+    What becomes of a body does not depend on those to which no link holds it: its numbers are the same bits as those of
+    a Simulation of it alone. A body whose step cannot be done stays where it was, with the reason in ``stopped``, and
+    the others go on. Bodies in ``waiting`` stay, too, while their time passes, until ``set_going``. ``on_stop(name)``
+    is called when a body stops.
 
     Parameters
     ----------
@@ -40,7 +40,6 @@ class Fleet(Timed, Mapping[str, Simulation]):
         At least one, all at the same rate and at step 0. Only the fleet advances them from here on.
     starts_on_command : collection of str
         Names of the bodies that wait from the start, and after each ``reset``.
-
     links : sequence of Link
         What holds bodies together. Those are advanced as one, by ``dop853``, and wait, stop and are reset together.
 
@@ -164,14 +163,11 @@ class Fleet(Timed, Mapping[str, Simulation]):
             _ = self[name]
         for each in self if name is None else self._with(name):
             self._catch_up(each)
-            self._reset(self[each], keep_time or name is not None)
+            self[each].reset(keep_time=keep_time or name is not None)
             if each in self._starts_on_command:
                 self.waiting.add(each)
         if name is None and not keep_time:
             self.steps = 0
-
-    def _reset(self, one: Simulation, keep_time: bool) -> None:
-        one.reset(keep_time=keep_time)
 
     def _catch_up(self, name: str) -> None:
         """One that had stopped goes on, from where it stopped, at the time of all."""

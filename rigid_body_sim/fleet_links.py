@@ -80,7 +80,9 @@ class LinkedBodies:
             wanted = min(left, until)
             done = self._advance_by(wanted)
             for one in self._simulations:
-                one.have_passed(done)
+                one.steps += done
+            for one in self._simulations:
+                one.end_what_is_due()
             if done < wanted:
                 raise SimulationError(self._why_stopped())
             left -= done

@@ -338,10 +338,9 @@ class Simulation(Timed):
                 self._end_holding()
             n -= done
 
-    def have_passed(self, n: int) -> None:
-        """Count n steps that a fleet has done, up to ``expiry`` at most."""
-        self.steps += n
-        if self.expiry is not None and self.steps == self.expiry:
+    def end_what_is_due(self) -> None:
+        """After a fleet has counted steps, up to ``expiry`` at most. Raises SimulationError as ``step`` does."""
+        if self.steps == self.expiry:
             self._end_holding()
 
     def wait(self, n: int) -> None:

@@ -38,3 +38,13 @@ def make_reference() -> ModuleType:
     from bench.reference import make_reference
 
     return make_reference
+
+
+@pytest.fixture
+def chromium() -> str:
+    """Path of a Chromium, the only thing here that pip cannot install."""
+    from .report import browser
+
+    if (program := browser.find()) is None:
+        pytest.skip("no Chromium found: set CHROME to one, or install chromium")
+    return program

@@ -51,8 +51,7 @@ def by_body(given: Mapping[str, Any]) -> dict[str, Given]:
     Raises ValueError for names that cannot be those of bodies, and for a parameter of none of them.
     """
     names = _names(given)
-    shared, own = _sorted_out(given, names)
-    return {name: _of_body(name, place, shared, own[name], names) for place, name in enumerate(names)}
+    return _each(names, *_sorted_out(given, names))
 
 
 def links_of(given: Mapping[str, Any]) -> tuple[Link, ...]:
@@ -73,15 +72,15 @@ class FleetScene:
     """
 
     def __init__(self, given: Mapping[str, Any], folder: str | os.PathLike[str] = ""):
-        self._given = schema.flat(given)
-        self.names = _names(self._given)
+        flat = schema.flat(given)
+        self.names = _names(flat)
         if not self.names:
             raise ValueError("no bodies are named; give bodies: [red, blue], or bodies.count, or take a Scene for one")
-        self._shared, self._own = _sorted_out(self._given, self.names)
+        self._shared, self._own = _sorted_out(flat, self.names)
         files: mass_source.Files = {}
         self.scenes = {
             name: self._told(name, partial(Scene, part, folder, files=files))
-            for name, part in by_body(self._given).items()
+            for name, part in _each(self.names, self._shared, self._own).items()
         }
         self.notes = tuple(dict.fromkeys(note for scene in self.scenes.values() for note in scene.notes))
         self.awaited = self._awaited()
@@ -338,14 +337,23 @@ def _under(name: str, reason: str, own: Given) -> str:
     return f"{begin[1]} {name}.{told}"
 
 
-def _of_body(name: str, place: int, shared: Given, own: Given, names: tuple[str, ...]) -> Given:
+def _each(names: tuple[str, ...], shared: Given, own: Mapping[str, Given]) -> dict[str, Given]:
+    """What the Scene of each body is made from, by its name."""
+    linked = _linked(shared)
+    return {
+        name: _of_body(name, shared, own[name], place, is_last=place == len(names) - 1, is_linked=name in linked)
+        for place, name in enumerate(names)
+    }
+
+
+def _of_body(name: str, shared: Given, own: Given, place: int, *, is_last: bool, is_linked: bool) -> Given:
     """What a Scene of one body is made from."""
     of_bodies = {key: value for key, value in shared.items() if key.split(".")[0] not in schema.OF_SEVERAL}
     given = attitude.over(of_bodies, own)
-    if name in _linked(shared) and given.get("integrator.name", "auto") == "auto":
+    if is_linked and given.get("integrator.name", "auto") == "auto":
         given["integrator.name"] = plan.LINKED
     given["lockstep_on"] = _leading(given)
-    if clocked := _outputs(shared, own, is_last=place == len(names) - 1):
+    if clocked := _outputs(shared, own, is_last):
         given["outputs"] = clocked
     if COUNT in shared and "initial.position" not in own:
         given["initial.position"] = _in_grid(place, shared)

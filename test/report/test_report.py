@@ -1,14 +1,12 @@
 """The command from end to end: quick reports of a few methods, their numbers, their page in a browser."""
 
 import csv
-import importlib.util
 import itertools
 import json
 import re
 import subprocess
 import sys
 import time
-from pathlib import Path
 
 import pytest
 
@@ -18,12 +16,10 @@ from rigid_body_sim.report.problems import TITLES
 from rigid_body_sim.report.section import Heading, Measurement, Paragraph, Table
 from rigid_body_sim.report.store import FILE
 
+from . import browser
+
 for extra in ("matplotlib", "tqdm"):
     pytest.importorskip(extra)
-
-_SPEC = importlib.util.spec_from_file_location("browser", Path(__file__).with_name("browser.py"))
-browser = importlib.util.module_from_spec(_SPEC)
-_SPEC.loader.exec_module(browser)
 
 FEW = ["--quick", "--only", "error", "--problems", "free_fall,commands,body_wrench"]
 FEW += ["--integrators", "auto,taylor,exact,rk4", "--peers", "none"]
@@ -187,14 +183,6 @@ return {
   up: up.map(Number), down: down.map(Number), names: column(table, 0),
   wide: document.documentElement.scrollWidth > document.documentElement.clientWidth,
 };"""
-
-
-@pytest.fixture
-def chromium():
-    """The only thing here that pip cannot install."""
-    if (program := browser.find()) is None:
-        pytest.skip("no Chromium found: set CHROME to one, or install chromium")
-    return program
 
 
 def test_the_page_works_in_a_browser(chromium, folder, tmp_path):

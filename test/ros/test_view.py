@@ -5,7 +5,6 @@ import signal
 
 import pytest
 
-from ..report import browser
 from ..report.browser_page import BrowserPage, differing, until
 
 pytest.importorskip("rclpy")
@@ -41,14 +40,12 @@ def view(run_node):
 
 
 @pytest.fixture
-def seen(tmp_path):
+def seen(tmp_path, chromium):
     """Open a page in a browser: ``seen(url)``."""
-    if (program := browser.find()) is None:
-        pytest.skip("no Chromium found: set CHROME to one, or install chromium")
     pages = []
 
     def opened(url):
-        pages.append(BrowserPage(program, tmp_path, url))
+        pages.append(BrowserPage(chromium, tmp_path, url))
         return pages[-1]
 
     yield opened

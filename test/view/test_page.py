@@ -16,20 +16,11 @@ from rigid_body_sim.view.moment import Levels, Recording, Wrenches
 from rigid_body_sim.view.player import Player
 from rigid_body_sim.view.stage import Stage
 
-from ..report import browser
 from ..report.browser_page import BrowserPage, differing, until
 
 pytest.importorskip("viser")
 
 SPIN = 1.0  # rad/s
-
-
-@pytest.fixture
-def chromium():
-    """The only thing here that pip cannot install."""
-    if (program := browser.find()) is None:
-        pytest.skip("no Chromium found: set CHROME to one, or install chromium")
-    return program
 
 
 @pytest.fixture
