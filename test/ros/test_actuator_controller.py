@@ -73,7 +73,8 @@ def run_pairs(run_node):
     def run(name, target, count=1, **others):
         for i in range(count):
             namespace = f"/{name}_{i}"
-            processes.append(run_node(parameters_of(name, **others), arguments=["-r", f"__ns:={namespace}"]))
+            parameters, ros = parameters_of(name, **others), ["-r", f"__ns:={namespace}"]
+            processes.append(run_node(parameters, arguments=ros, namespace=namespace))
             remotes.append(Remote(processes[-1], namespace))
         for i, remote in enumerate(remotes):
             remote.process.wait_ready()
