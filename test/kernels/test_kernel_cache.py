@@ -51,6 +51,20 @@ def test_what_is_whole_is_not_compiled_again(kept, told):
     assert sum(again.stats.cache_hits.values()) == 1 and not again.stats.cache_misses
 
 
+def test_what_is_kept_is_run_without_loading_what_compiling_needs(tmp_path):
+    pytest.importorskip("numba")
+    script = """
+import sys
+from rigid_body_sim.kernels import compiled, vectors
+compiled.ready(vectors.qmultiply, *[1.0] * 8)
+print("numba.np.linalg" in sys.modules)
+"""
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
+    for expected in ("True", "False"):
+        run = subprocess.run([sys.executable, "-c", script], env=environment, capture_output=True, text=True)
+        assert (run.stdout.strip(), run.stderr) == (expected, "")
+
+
 class Planted:
     """A pickle that runs something where it is read."""
 
