@@ -1,6 +1,6 @@
 """Steps of a fleet: one call of a kernel for all bodies of one plan, as long as nothing happens to any of them."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -15,7 +15,6 @@ from .kernels.model import LEVER_SIZE
 from .kernels.motion import Acting
 from .kernels.state import SIZE, THIN
 from .simulation import Simulation
-from .terms import Terms
 
 LOOK_EVERY = 1000  # steps between two looks for a kernel that is compiled elsewhere
 ENOUGH = 3  # bodies, from which on one call takes less time than one for each
@@ -28,6 +27,15 @@ class _Plan(NamedTuple):
 
     integrator: Integrator
     acting: Acting
+
+
+class _Group(NamedTuple):
+    """Bodies of one plan, and of one kind of wrench where the kernel depends on that."""
+
+    code: int
+    integrator: Integrator
+    which: Integers
+    members: list[Simulation]
 
 
 class FleetSteps:
@@ -49,11 +57,14 @@ class FleetSteps:
         self._rows, self._origins = self.states.reshape(n, SIZE), np.zeros((n, SIZE))
         for one, *rows in zip(simulations, self._rows, self._origins, self.models.reshape(n, -1), strict=True):
             one.move(*rows)
-        self._seen: list[tuple[Integrator, Terms] | None] = [None] * n
         self._plans: list[_Plan] = []
         self._plan: Integers = np.zeros(n, np.int64)  # of each body
         self._in_lanes: NDArray[np.bool_] = np.zeros(n, bool)  # whether eight of its plan are advanced at once
         self._kinds: Integers = np.zeros(n, np.int64)
+        self._seen: list[Callable[[int], int]] = []  # what advanced the bodies that were free in the step before
+        self._bodies: Integers = np.zeros(0, np.int64)
+        self._code: Integers = np.zeros(0, np.int64)
+        self._groups: list[_Group] = []
         self._kernels: dict[int, many.Many] = {}
         self._looks = 0
         self._work: dict[str, Floats] = {}
@@ -66,29 +77,43 @@ class FleetSteps:
         free = [i for i in which if ((e := ones[i].expiry) is None or e > ones[i].steps + n) and ones[i].is_at_home]
         if len(free) < ENOUGH:
             return
-        for i in free:
-            if self._seen[i] != (ones[i].integrator, ones[i].terms):
-                self._look_at(i)
-        bodies = np.array(free)
-        self._reduce(self.models, self.width, bodies, self._kinds)
-        code = self._plan[bodies] * _KINDS + np.where(self._in_lanes[bodies], 1 + self._kinds[bodies] // 2, 0)
-        for one in np.unique(code).tolist() if (code != code[0]).any() else code[:1].tolist():
-            members = bodies[code == one]
-            if len(members) >= ENOUGH and (kernel := self._kernel(one)):
-                self._advance(kernel, self._plans[one // _KINDS].integrator, members, n)
+        seen = [ones[i].run_kernel for i in free]
+        if seen != self._seen:
+            self._look_at(free)
+            self._seen = seen
+        for one in self._grouped():
+            if kernel := self._kernel(one.code):
+                self._advance(kernel, one, n)
 
-    def _look_at(self, i: int) -> None:
-        """Find the plan of a body."""
-        one = self._simulations[i]
-        plan, body = _Plan(one.integrator, one.terms.kernels), one.body.principal_moments
-        if plan not in self._plans:
-            self._plans.append(plan)
-        self._seen[i], self._plan[i] = (one.integrator, one.terms), self._plans.index(plan)
-        able = one.integrator is taylor.INTEGRATOR and compiled.ENABLED and not one.terms.actuated
-        self._in_lanes[i] = able and body.max() <= THIN * body.min()
+    def _grouped(self) -> list[_Group]:
+        """The bodies that are free, as the wrenches group them that they hold now."""
+        bodies, kinds = self._bodies, self._kinds
+        self._reduce(self.models, self.width, bodies, kinds)
+        code = self._plan[bodies] * _KINDS + np.where(self._in_lanes[bodies], 1 + kinds[bodies] // 2, 0)
+        if not np.array_equal(code, self._code):
+            found = [(one, bodies[code == one]) for one in np.unique(code).tolist()]
+            self._groups = [self._group(one, members) for one, members in found if len(members) >= ENOUGH]
+            self._code = code
+        return self._groups
 
-    def _advance(self, kernel: many.Many, integrator: Integrator, which: Integers, n: int) -> None:
+    def _group(self, code: int, which: Integers) -> _Group:
         members = [self._simulations[i] for i in which.tolist()]
+        return _Group(code, self._plans[code // _KINDS].integrator, which, members)
+
+    def _look_at(self, free: Sequence[int]) -> None:
+        """Find the plans of these bodies."""
+        self._bodies, self._code = np.array(free), np.zeros(0, np.int64)
+        for i in free:
+            one = self._simulations[i]
+            plan, principal = _Plan(one.integrator, one.terms.kernels), one.body.principal_moments
+            if plan not in self._plans:
+                self._plans.append(plan)
+            self._plan[i] = self._plans.index(plan)
+            able = one.integrator is taylor.INTEGRATOR and compiled.ENABLED and not one.terms.actuated
+            self._in_lanes[i] = able and principal.max() <= THIN * principal.min()
+
+    def _advance(self, kernel: many.Many, group: _Group, n: int) -> None:
+        integrator, which, members = group.integrator, group.which, group.members
         counts: Integers = np.full(len(members), n)
         if integrator.one_evaluation:
             since = np.array([one.steps - (one.origin_steps or 0) for one in members])

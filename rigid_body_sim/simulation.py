@@ -94,6 +94,7 @@ class Simulation(Timed):
 
     _wrench: Wrench
     _in_place: tuple[bool, ...]  # ``turns`` of the wrenches without points that change twelve numbers and no more
+    run_kernel: Callable[[int], int]  # advances the state, and no count; another one after any change of plan or model
     expiry: int | None  # step at which something that is held ends
     origin_steps: int | None  # step from whose state an integrator with ``one_evaluation`` goes
     is_at_home = False  # whether the model lies in a fleet's array: see ``move``
@@ -328,7 +329,7 @@ class Simulation(Timed):
             else:
                 if held > MOST_AT_ONCE:
                     held = MOST_AT_ONCE
-                done = self._advance(held)
+                done = self.run_kernel(held)
             self.steps += done
             if done < held:
                 if not self._stepping.turn_stiff():
@@ -583,7 +584,7 @@ class Simulation(Timed):
             self._model = self._placed(self.terms.model(wrench, self._memory))
         self._write_commands = self._actuation.writer(self._model)
         self._write_commands(self._actuation.within)
-        self._advance = partial(steps, self._state, self._model, work, self._h)
+        self.run_kernel = partial(steps, self._state, self._model, work, self._h)
         self._write_wrench = partial(_PACK_WRENCH, self._model.data.cast("B"), _WRENCH_OFFSET)
         self._write_wrench(*wrench.values)
         self._wrench = wrench
@@ -621,7 +622,7 @@ class Simulation(Timed):
         """Advance by n steps in one evaluation from where the wrench last changed; return how many were done."""
         self._state_view[:] = self._origin_view
         since = self.steps - origin_steps
-        return self._advance(since + n) - since
+        return self.run_kernel(since + n) - since
 
     def _why_stopped(self) -> str:
         since = None if self.origin_steps is None else self.steps + 1 - self.origin_steps
