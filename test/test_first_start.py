@@ -123,7 +123,7 @@ from rigid_body_sim.kernels import compiled
 forked = []
 fork = os.fork
 os.fork = lambda: forked.append(1) or fork()
-now, _ = first_start.of_parameters({})
+now, _ = first_start.of_parameters({"integrator.name": "rk4"})
 first_start.compile_together(now, meanwhile=lambda: print("meanwhile"))
 print(len(forked), len(first_start.missing(now)), sum(compiled.compilations().values()))
 """
@@ -142,7 +142,7 @@ def run(script, folder, cores=None):
 def test_two_processes_share_what_is_missing(tmp_path):
     """Afterwards all is in the cache, of which this process compiled its part; the next compiles nothing."""
     said, forked, missing, compiled_here = run(ALONE, tmp_path)
-    assert (said, forked, missing) == ("meanwhile", "1", "0") and 0 < int(compiled_here) < 70  # measured 47
+    assert (said, forked, missing) == ("meanwhile", "1", "0") and 0 < int(compiled_here) < 21  # measured 18 of 21
     assert run(ALONE, tmp_path) == ["meanwhile", "0", "0", "0"]
 
 

@@ -184,7 +184,7 @@ def check_node(path, scene):
 
 def test_scenes(record_property, written):
     taken = []
-    fuzz(record_property, lambda data: check_scene(written(data, "yaml"), taken), scene_text, 350)
+    fuzz(record_property, lambda data: check_scene(written(data, "yaml"), taken), scene_text, 120)
     assert taken, "every file was refused: nothing was tried behind the reader"
 
 

@@ -78,7 +78,7 @@ class Remote:
         for topic, publisher in self._commands.items():
             self.wait(lambda p=publisher: p.get_subscription_count() > 0, f"the subscription to {topic}")
         self._repeat(self._answers, "an answer")
-        self._repeat(self._publishes, "pose and twist")
+        self.reset_until_heard(self.poses, self.twists)
         self._pair_up()
         return self
 
@@ -93,11 +93,15 @@ class Remote:
         self._serve_until(future.done, 1.0)
         return future.done()
 
-    def _publishes(self):
-        """A paused node publishes at a reset only."""
-        self.call("reset")
-        self._serve_until(lambda: self.poses and self.twists, 0.5)
-        return self.poses and self.twists
+    def reset_until_heard(self, *lists):
+        """A node that stands still publishes at a reset only, to those whom it knows by then."""
+
+        def attempt():
+            self.call("reset")
+            self._serve_until(lambda: all(lists), 0.5)
+            return all(lists)
+
+        self._repeat(attempt, "message of each kind")
 
     def close(self):
         self._executor.remove_node(self._node)

@@ -76,6 +76,7 @@ class Driver:
         self.remote = remote.ready()
         self.states = remote.listen(JointState, "actuator_states")
         self._publisher = remote.publisher(topic, kind)
+        self.remote.reset_until_heard(self.states)
         self.fresh()
 
     def fresh(self):

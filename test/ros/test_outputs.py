@@ -86,11 +86,7 @@ class Watched:
         kinds |= {"wrench_applied": geometry.WrenchStamped, "marker": Marker}
         self.heard = {topic: remote.listen(kind, topic) for topic, kind in kinds.items()}
         self.ticks = remote.listen(Clock, "/clock")
-        remote.wait(self._all_heard, "a message of every output after a reset")
-
-    def _all_heard(self):
-        self.remote.call("reset")
-        return all(self.heard.values()) and self.ticks
+        remote.reset_until_heard(*self.heard.values(), self.ticks)
 
     def run(self, count, frame_id="thruster", force=FORCE, torque=TORQUE):
         """Track of ``count`` steps from the initial state under a wrench, and the rows of the other outputs."""

@@ -117,7 +117,7 @@ def runs(connect_shared):
         remote = connect_shared(SCENE).ready()
         heard = {name: remote.listen(kind, name) for name, kind in KINDS.items() if listens}
         prompt = [heard[name] for name in heard if name != "gps"]  # which is late, and no step is taken
-        remote.wait(lambda r=remote, p=prompt: r.call("reset") and all(p), "a message of every prompt sensor")
+        remote.reset_until_heard(*prompt)
         remote.settle()
         remote.clear()
         remote.call("reset")

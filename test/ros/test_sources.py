@@ -31,7 +31,7 @@ def started(connect_shared):
 
     remote = connect_shared(SCENE).ready()
     remote.applied = remote.listen(WrenchStamped, "wrench_applied")
-    remote.wait(lambda: remote.call("reset") and remote.applied, "a wrench_applied")
+    remote.reset_until_heard(remote.applied)
     return remote
 
 
