@@ -9,6 +9,8 @@ from . import __version__
 
 # Exit statuses of all programs: after arguments that they do not know, and after Ctrl-C.
 WRONG, INTERRUPTED = 2, 130
+# What to do where there is no rclpy.
+GET_ROS = "source a ROS, or pip install 'ros-jazzy-rclpy[fastrtps]' ros-jazzy-common-interfaces"
 
 
 class Parser(argparse.ArgumentParser):

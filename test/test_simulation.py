@@ -445,7 +445,8 @@ COPIED = {
     "held": lambda: simulation(MOVING, gravity=(0.0, 0.0, -9.81), forces=[((0.1, 0.0, 0.2), (0.0, 0.0, 3.0))]),
     "asked for": lambda: simulation(MOVING, integrator="rkmk4", rate=300.0),
     "drag": lambda: simulation(MOVING, drag=Drag(linear=(1.0, 2.0, 3.0)), rtol=1e-8),
-    "turned stiff": lambda: simulation(MOVING, tethers=[Tether((0.0, 0.0, 0.1), (3.0, 2.0, 3.0), 0.5, 1e9)]),
+    "tether": lambda: simulation(MOVING, tethers=[Tether((0.0, 0.0, 0.1), (3.0, 2.0, 3.0), 0.5, 1e6)]),
+    "grows stiff": lambda: simulation(drag=Drag(quadratic=(1e12,) * 3)),  # at rest it has no rate at all
 }
 
 
@@ -459,6 +460,7 @@ def test_a_copy_goes_on_by_itself_with_the_same_bits(make, make_copy):
     sim.step(7)
     sim.change(body=Body(mass=3.0, inertia=(0.2, 0.3, 0.4)))
     sim.step(3)
+    assert str(sim.plan).startswith("rosenbrock") == (make is COPIED["grows stiff"])
     other = make_copy(sim)
     before = other.save()
     sim.step(30)

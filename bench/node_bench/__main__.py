@@ -9,7 +9,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from rigid_body_sim.command_line import INTERRUPTED, Parser
+from rigid_body_sim.command_line import GET_ROS, INTERRUPTED, Parser
 
 from . import record
 
@@ -43,7 +43,7 @@ def main(args: list[str] | None = None) -> int:
         print("interrupted", file=sys.stderr)
         return INTERRUPTED
     except ImportError as reason:
-        print(f"{reason}; rclpy is needed: source a ROS, or pip install 'rigid_body_sim[ros]'", file=sys.stderr)
+        print(f"{reason}; rclpy is needed: {GET_ROS}", file=sys.stderr)
         return 1
     finally:
         if arguments.out:

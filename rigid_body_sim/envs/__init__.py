@@ -9,7 +9,7 @@ try:
 except ImportError as reason:
     raise ImportError(
         f"rigid_body_sim.envs needs gymnasium 1.1 or later, which cannot be imported ({reason}); "
-        "pip install 'rigid_body_sim[rl]' brings it"
+        "pip install 'gymnasium>=1.1' brings it"
     ) from reason
 
 from .env import RigidBodyEnv as RigidBodyEnv

@@ -21,7 +21,7 @@ from .stability_section import Stability
 from .store import Store, StoreError
 
 SECTIONS: tuple[Section, ...] = (ErrorSection(), Stability(), LeftOut(), ManyBodies())
-HOW_TO_INSTALL = "pip install 'rigid_body_sim[report]'"
+HOW_TO_INSTALL = "pip install matplotlib mpmath tqdm"
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .. import first_start
-from ..command_line import INTERRUPTED, Parser
+from ..command_line import GET_ROS, INTERRUPTED, Parser
 from ..scene.installed import installed_scene
 from ..scene.loader import Scene, load_scene
 from ..scene.schema import PARTS
@@ -36,7 +36,7 @@ MAX_TORQUE = 0.05  # N m
 CONNECTED_WITHIN = 120.0  # s: kernels may have to be compiled on a slow machine
 NEXT_POSE_WITHIN = 10.0  # s
 PAGE_WITHIN = 60.0  # s
-HOW_TO_INSTALL = "pip install 'rigid_body_sim[report]'"
+HOW_TO_INSTALL = "pip install matplotlib tqdm"
 
 
 def main(args: list[str] | None = None) -> int:
@@ -77,9 +77,7 @@ def _no_traceback() -> Iterator[None]:
     except (OSError, ValueError, ChildError, TimeoutError) as reason:
         raise _DemoError(reason) from None
     except ImportError as reason:
-        raise _DemoError(
-            f"{reason}; the demo needs rclpy: source a ROS, or pip install 'rigid_body_sim[ros]'"
-        ) from None
+        raise _DemoError(f"{reason}; the demo needs rclpy: {GET_ROS}") from None
 
 
 def _parser() -> argparse.ArgumentParser:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from ..bags.rosbags_support import BagError
-from ..command_line import Parser
+from ..command_line import GET_ROS, Parser
 from ..ros import command_line, middleware, program
 from ..scene.schema import one_line
 from ..view.page import HOST, PORT, ViewError
@@ -22,7 +22,7 @@ examples:
   rigid_body_view
   rigid_body_view --bodies red blue --port 0 --ros-args -r __ns:=/fleet
   rigid_body_view my_bag --scene config/satellite.yaml"""
-_NEEDS_ROS = "running nodes are seen by rclpy: source a ROS, or pip install 'rigid_body_sim[ros]'; or give a bag"
+_NEEDS_ROS = f"running nodes are seen by rclpy: {GET_ROS}; or give a bag"
 _HIGHEST_PORT = 65535
 
 

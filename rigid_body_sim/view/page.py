@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from typing import Any
 
 HOST, PORT = "127.0.0.1", 8080
-HOW_TO_INSTALL = "pip install 'rigid_body_sim[view]'"
+HOW_TO_INSTALL = "pip install viser"
 RATE = 20.0  # pictures a second to the browser, whatever comes in
 
 

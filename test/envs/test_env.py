@@ -150,4 +150,4 @@ def test_without_gymnasium_it_says_what_to_install():
     ended = subprocess.run([sys.executable, "-c", text], capture_output=True, text=True)
     assert ended.returncode == 1
     assert "ImportError: rigid_body_sim.envs needs gymnasium" in ended.stderr
-    assert ended.stderr.endswith("; pip install 'rigid_body_sim[rl]' brings it\n")
+    assert ended.stderr.endswith("; pip install 'gymnasium>=1.1' brings it\n")
