@@ -59,8 +59,9 @@ class Fleet(Timed, Mapping[str, Simulation]):
         self._simulations = dict(simulations)
         _check(self._simulations, starts_on_command)
         rates = {one.rate for one in self._simulations.values()}
-        if len(rates) != 1:
-            raise ValueError(f"the bodies of a fleet have one rate for all, not {sorted(rates)}")
+        if len(rates) > 1:
+            given = ", ".join(f"{rate:g}" for rate in sorted(rates))
+            raise ValueError(f"the rates of the bodies are {given} Hz; give all bodies of a fleet the same rate")
         self._rate = Rate(rates.pop())
         self._together = FleetSteps(tuple(self._simulations.values()), self._rate.h)
         self._linked = self._held_together(links)
@@ -211,6 +212,8 @@ class Fleet(Timed, Mapping[str, Simulation]):
 
 def _check(simulations: Mapping[str, Simulation], starts_on_command: Collection[str]) -> None:
     """Raise TypeError or ValueError for what cannot be the bodies of a fleet."""
+    if not simulations:
+        raise ValueError("a fleet without bodies: give at least one simulation")
     seen: dict[int, str] = {}
     for name, one in simulations.items():
         if not isinstance(one, Simulation):

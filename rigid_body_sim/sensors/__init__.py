@@ -46,7 +46,7 @@ def read(name: str, values: Mapping[str, Any], orientation: Sequence[float]) -> 
         full = one.name.replace("<name>", name)
         if not kind.has(one) and values.get(full, one.default) != one.default:
             raise ValueError(
-                f"parameter {full}: is none of a sensor of type {kind.name}, which has {', '.join(kind.names)}; "
+                f"parameter {full}: a sensor of type {kind.name} has no such parameter, but {', '.join(kind.names)}; "
                 "leave it out"
             )
     sensor: Sensor = kind.read(name, values, orientation)

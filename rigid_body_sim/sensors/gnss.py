@@ -35,7 +35,9 @@ class Gnss(Sensor):
         for name in ("origin_latitude", "origin_longitude", "origin_altitude"):
             value = self._number(name, getattr(self, name), least=-_FURTHEST.get(name, 1e308))
             if value > _FURTHEST.get(name, 1e308):
-                raise ValueError(f"{self}: {name} {value:g} is more than {_FURTHEST[name]:g} degrees")
+                raise ValueError(
+                    f"{self}: {name} {value:g} is more than {_FURTHEST[name]:g}; give degrees, north and east positive"
+                )
             self._set(name, value)
 
 

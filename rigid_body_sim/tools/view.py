@@ -102,7 +102,7 @@ def _show_nodes(options: argparse.Namespace, ros: Sequence[str], stop: program.S
     from .view_node import Viewer
 
     if options.scene is not None:
-        raise ValueError("--scene is for a bag; a running node tells its own")
+        raise ValueError("--scene is for a bag; leave it out: running nodes say themselves what they simulate")
     stage = Stage(NAME, options.host, options.port)
     stop.defer()
     try:

@@ -118,7 +118,7 @@ def test_two_nodes_below_one_namespace_are_two_bodies(run_node, view, seen):
 def test_what_is_wrong_is_told_in_one_sentence(run_node):
     for arguments, said in (
         (["--", "no_such_bag"], "no_such_bag"),
-        (["--", "--scene", "a.yaml"], "--scene is for a bag; a running node tells its own"),
+        (["--", "--scene", "a.yaml"], "--scene is for a bag; leave it out: "),
         (["--", "--host", "192.0.2.1"], "nothing can listen on 192.0.2.1, port 8080 "),
     ):
         process = run_node(None, arguments=arguments, module=VIEW)

@@ -28,7 +28,7 @@ OF_SCENES = {
     "rate above that of the steps": ({**IMU, "sensors.imu.rate": 2000.0}, "the nearest that does is 1000"),
     "another type's parameter": (
         {**IMU, "sensors.imu.field": [0.0, 0.0, 1.0]},
-        r"parameter sensors\.imu\.field: is none of a sensor of type imu, which has gyroscope\.noise_density, .*",
+        r"parameter sensors\.imu\.field: a sensor of type imu has no such parameter, but gyroscope\.noise_density, .*",
     ),
     "no name of a topic": (
         {"sensors.i-mu.type": "imu"},
@@ -83,7 +83,7 @@ OF_PYTHON = {
     "seed that is a bool": (lambda: Imu("imu", seed=True), "seed True is not a whole number"),
     "position": (lambda: Imu("imu", 0.0, (1.0, 2.0)), r"sensor 'imu': position \(1\.0, 2\.0\)|position \[1\.0, 2\.0\]"),
     "field": (lambda: Magnetometer("mag", field=(1.0,)), "sensor 'mag': field .* must be three finite numbers"),
-    "latitude": (lambda: Gnss("gnss", origin_latitude=91.0), "origin_latitude 91 is more than 90 degrees"),
+    "latitude": (lambda: Gnss("gnss", origin_latitude=91.0), "origin_latitude 91 is more than 90; give degrees"),
     "least latitude": (lambda: Gnss("gnss", origin_latitude=-91.0), "origin_latitude -91 is not a finite number of at"),
     "radiation": (lambda: RangeFinder("r", range=1.0, radiation="x"), "radiation 'x' is not known; give ultrasound or"),
     "range of a range": (
