@@ -64,7 +64,7 @@ def center_of_mass_position(body: Body, state: Motions) -> Floats:
 
 def center_of_mass_velocity(body: Body, state: Motions) -> Floats:
     """Velocity [m/s] of the centre of mass, world axes, shape (..., 3): v_o + R (ω × c)."""
-    around = np.cross(state.angular_velocity, body.center_of_mass)
+    around = rotation.cross_each(state.angular_velocity, body.center_of_mass)
     return state.velocity + rotation.rotate_each(state.orientation, around)
 
 

@@ -6,12 +6,14 @@ arrays; the kernels on scalars are in kernels.vectors, and what of the algebra n
 """
 
 import math
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..kernels.arrays import Floats
-from ..kernels.vectors import qmultiply, qrotate, qrotate_back
+from ..kernels.vectors import cross, qmultiply, qrotate, qrotate_back
 
 SMALLEST_NORM = 1e-6  # A quaternion shorter than this says nothing about a direction: most likely it was never set.
 
@@ -81,7 +83,19 @@ def rotate(q: ArrayLike, v: ArrayLike) -> Floats:
 
 def rotate_each(q: Floats, v: Floats) -> Floats:
     """q v q̄ for unit quaternions (..., 4) and vectors (..., 3), shape (..., 3)."""
-    return np.stack(qrotate(*np.moveaxis(q, -1, 0), *np.moveaxis(v, -1, 0)), axis=-1)
+    return _each(qrotate, q, v)
+
+
+def cross_each(a: Floats, b: Floats) -> Floats:
+    """a × b for vectors (..., 3), with the bits of ``np.cross``."""
+    return _each(cross, a, b)
+
+
+def _each(kernel: Callable[..., tuple[Any, ...]], *arrays: Floats) -> Floats:
+    """What a kernel makes of numbers, for rows of them; of single ones as floats, a tenth of the cost."""
+    if all(one.ndim == 1 for one in arrays):
+        return np.array(kernel(*(number for one in arrays for number in one.tolist())))
+    return np.stack(kernel(*(column for one in arrays for column in np.moveaxis(one, -1, 0))), axis=-1)
 
 
 def rotate_back(q: ArrayLike, v: ArrayLike) -> Floats:

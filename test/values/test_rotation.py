@@ -372,3 +372,11 @@ def test_angles_are_exact_when_small_and_do_not_see_the_sign():
     still = np.array([[1.0, 0.0, 0.0, 0.0]] * 5)
     for sign in (1.0, -1.0):
         assert_allclose(rotation.angles_between(still, sign * turned), angle, rtol=1e-15)  # measured 0
+
+
+def test_one_row_has_the_bits_of_many():
+    rng = np.random.default_rng(7)
+    q, a, b = rng.normal(size=(50, 4)), rng.normal(size=(50, 3)), rng.normal(size=(50, 3))
+    assert_array_equal(rotation.cross_each(a, b), np.cross(a, b))
+    assert_array_equal(rotation.cross_each(a, b), [rotation.cross_each(*row) for row in zip(a, b, strict=True)])
+    assert_array_equal(rotation.rotate_each(q, a), [rotation.rotate_each(*row) for row in zip(q, a, strict=True)])
