@@ -1,17 +1,20 @@
 """Fast DDS, ROS 2's default middleware, set for messages that are small and many."""
 
 import os
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 from ..scene.installed import installed
 
-# By library, the variable that names a profile, and ours for it. Version 3 does not understand a profile of version 2:
-# it complains, as it does of the old variable.
+# By library, the variable that names a profile, and ours for it, of which the second is for many writers that are slow.
+# Version 3 does not understand a profile of version 2: it complains, as it does of the old variable.
 PROFILES = {
-    "libfastrtps.so": ("FASTRTPS_DEFAULT_PROFILES_FILE", "fastdds.xml"),
-    "libfastdds.so": ("FASTDDS_DEFAULT_PROFILES_FILE", "fastdds3.xml"),
+    "libfastrtps.so": ("FASTRTPS_DEFAULT_PROFILES_FILE", "fastdds.xml", "fastdds_many.xml"),
+    "libfastdds.so": ("FASTDDS_DEFAULT_PROFILES_FILE", "fastdds3.xml", "fastdds3_many.xml"),
 }
-VARIABLES = tuple(variable for variable, _ in PROFILES.values())
+VARIABLES = tuple(variable for variable, *_ in PROFILES.values())
+SLOW = 100.0  # messages a second, up to which a writer is slow
 LIBRARIES = Path("/proc/self/maps")
 TRANSPORTS = "FASTDDS_BUILTIN_TRANSPORTS"
 SHARED_MEMORY = "/dev/shm"
@@ -28,19 +31,28 @@ def libraries() -> str:
         return ""
 
 
-def use_profile(loaded: str) -> None:
+def use_profile(loaded: str, many: bool = False) -> None:
     """Have the Fast DDS that is among the libraries ``loaded`` read our profile for it, unless the user has given one.
 
-    An empty name means none at all. It must be called when rclpy.init has loaded the middleware, and before a node
-    exists. For other middlewares it does nothing.
+    It is the one for ``many`` slow writers, or that for a few quick ones. An empty name means none at all. This must be
+    called when rclpy.init has loaded the middleware, and before a node exists. For other middlewares it does nothing.
     """
     if not _given():
-        for library, (variable, file) in PROFILES.items():
-            if library in loaded and (profile := installed(file)).exists():
+        for library, (variable, *files) in PROFILES.items():
+            if library in loaded and (profile := installed(files[many])).exists():
                 os.environ[variable] = str(profile)
     for variable in VARIABLES:
         if os.environ.get(variable) == "":
             del os.environ[variable]  # Fast DDS would complain about a file of no name
+
+
+def has_many_writers(given: Mapping[str, Any]) -> bool:
+    """Whether a node with these parameters has several bodies, none of which publishes more often than SLOW says."""
+    numbers = [given.get("publish_rate", SLOW), given.get("real_time_factor", 1.0)]
+    several = any(name.partition(".")[0] == "bodies" for name in given) and not any(
+        "sensors." in name for name in given
+    )
+    return several and all(isinstance(n, int | float) and n > 0.0 for n in numbers) and numbers[0] * numbers[1] <= SLOW
 
 
 def avoid_full_memory() -> str:

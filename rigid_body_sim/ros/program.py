@@ -83,7 +83,7 @@ def run(name: str, make_node: Callable[..., Runnable], stop: StopRequest, given:
     stop.defer()
     try:
         _init(given.ros)
-        middleware.use_profile(middleware.libraries())
+        middleware.use_profile(middleware.libraries(), middleware.has_many_writers(given.parameters))
         own = {name: value for name, value in given.parameters.items() if not belongs_to_ros(name)}
         node = make_node(given=own, parameter_overrides=parameters.of_ros(given.parameters))
     except (ValueError, RuntimeError, NameValidationException, ParameterException) as reason:

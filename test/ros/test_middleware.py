@@ -49,15 +49,44 @@ def test_the_profile_is_ours_in_the_words_of_the_fast_dds_that_is_loaded(library
     assert name == variable and f"<{word}>" in Path(file).read_text(encoding="utf-8")
 
 
-def test_both_profiles_say_the_same():
+@pytest.mark.parametrize("which", [0, 1], ids=["few quick writers", "many slow writers"])
+def test_both_profiles_say_the_same(which):
     elements = [
         [
             (element.tag.replace("_", "").lower(), element.attrib, (element.text or "").strip())
-            for element in tree.iter()
+            for element in ElementTree.parse(installed(files[which])).iter()
         ]
-        for tree in (ElementTree.parse(installed(file)) for _, file in PROFILES.values())
+        for _, *files in PROFILES.values()
     ]
     assert elements[0] == elements[1]
+
+
+def test_many_slow_writers_pause_for_longer(loaded):
+    middleware.use_profile(loaded)
+    few = Path(*named().values()).read_text()
+    middleware.use_profile(loaded, many=True)  # the first is given by then, and stays
+    assert Path(*named().values()).read_text() == few
+    os.environ.pop(*named())
+    middleware.use_profile(loaded, many=True)
+    assert "<nanosec>50000000<" in Path(*named().values()).read_text() and "<nanosec>2000000<" in few
+
+
+@pytest.mark.parametrize(
+    ("given", "expected"),
+    [
+        ({}, False),
+        ({"bodies": ["red", "blue"]}, True),
+        ({"bodies.count": 50, "publish_rate": 20.0}, True),
+        ({"bodies.count": 50, "publish_rate": 0.0}, False),
+        ({"bodies.count": 50, "publish_rate": 200.0}, False),
+        ({"bodies.count": 50, "publish_rate": 200.0, "real_time_factor": 0.5}, True),
+        ({"bodies.count": 50, "real_time_factor": 0.0}, False),
+        ({"bodies.count": 50, "sensors.imu.type": "imu"}, False),
+        ({"bodies.count": 50, "publish_rate": "often"}, False),
+    ],
+)
+def test_several_bodies_that_publish_slowly_have_many_slow_writers(given, expected):
+    assert middleware.has_many_writers(given) == expected
 
 
 def test_other_middlewares_get_none():
