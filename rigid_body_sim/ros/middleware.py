@@ -49,10 +49,10 @@ def use_profile(loaded: str, many: bool = False) -> None:
 def has_many_writers(given: Mapping[str, Any]) -> bool:
     """Whether a node with these parameters has several bodies, none of which publishes more often than SLOW says."""
     numbers = [given.get("publish_rate", SLOW), given.get("real_time_factor", 1.0)]
-    several = any(name.partition(".")[0] == "bodies" for name in given) and not any(
-        "sensors." in name for name in given
-    )
-    return several and all(isinstance(n, int | float) and n > 0.0 for n in numbers) and numbers[0] * numbers[1] <= SLOW
+    if not all(isinstance(number, int | float) and number > 0.0 for number in numbers) or given.get("lockstep"):
+        return False
+    has_several = any(name.partition(".")[0] == "bodies" for name in given)
+    return has_several and not any("sensors." in name for name in given) and numbers[0] * numbers[1] <= SLOW
 
 
 def avoid_full_memory() -> str:

@@ -81,6 +81,7 @@ def test_many_slow_writers_pause_for_longer(loaded):
         ({"bodies.count": 50, "publish_rate": 200.0}, False),
         ({"bodies.count": 50, "publish_rate": 200.0, "real_time_factor": 0.5}, True),
         ({"bodies.count": 50, "real_time_factor": 0.0}, False),
+        ({"bodies.count": 50, "lockstep": True}, False),
         ({"bodies.count": 50, "sensors.imu.type": "imu"}, False),
         ({"bodies.count": 50, "publish_rate": "often"}, False),
     ],
