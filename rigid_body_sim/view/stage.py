@@ -34,7 +34,7 @@ class Stage:
         self._switches: dict[str, Any] = {}
         self._distance = 0.0  # of the camera [m]
         self._follow: Any = None
-        self._looked_at: Floats | None = None
+        self._looked_at: tuple[float, ...] | None = None
         self.server.on_client_connect(lambda client: self.put_camera(client.camera))
 
     def add_switches(self) -> None:
@@ -76,16 +76,16 @@ class Stage:
         places = [body.place for body in self._bodies.values() if body.place]
         if not places:
             return
-        middle = np.mean(places, axis=0) if len(places) > 1 else np.array(places[0])
+        middle = tuple(sum(axis) / len(places) for axis in zip(*places, strict=True))
         if self._looked_at is None:
             spread = max(math.dist(place, middle) for place in places)
             self._distance += 3.0 * spread
             self._looked_at = middle
             for client in self.server.get_clients().values():
                 self.put_camera(client.camera)
-        moved = middle - self._looked_at
-        if np.abs(moved).max() > _STEP * self._distance and self._follow is not None and self._follow.value:
-            self._looked_at = middle
+        moves = math.dist(middle, self._looked_at) > _STEP * self._distance
+        if moves and self._follow is not None and self._follow.value:
+            moved, self._looked_at = np.subtract(middle, self._looked_at), middle
             for client in self.server.get_clients().values():
                 client.camera.position = client.camera.position + moved  # which takes look_at along
 
@@ -99,7 +99,7 @@ class Stage:
             middle = 0.5 * (path.min(axis=0) + path.max(axis=0))
             distance += float(np.linalg.norm(np.ptp(path, axis=0)))
         if middle is not None:
-            camera.position = middle + distance * np.array(_FROM)
+            camera.position = np.array(middle) + distance * np.array(_FROM)
             camera.look_at = middle
 
     def tell(self, text: str) -> None:
