@@ -62,6 +62,7 @@ class FleetSteps:
         self._in_lanes: NDArray[np.bool_] = np.zeros(n, bool)  # whether eight of its plan are advanced at once
         self._kinds: Integers = np.zeros(n, np.int64)
         self._seen: list[Callable[[int], int]] = []  # what advanced the bodies that were free in the step before
+        self._known: list[Callable[[int], int] | None] = [None] * n  # what advances each whose plan is known
         self._bodies: Integers = np.zeros(0, np.int64)
         self._code: Integers = np.zeros(0, np.int64)
         self._groups: list[_Group] = []
@@ -79,8 +80,7 @@ class FleetSteps:
             return
         seen = [ones[i].run_kernel for i in free]
         if seen != self._seen:
-            self._look_at(free)
-            self._seen = seen
+            self._look_at(free, seen)
         for one in self._grouped():
             if kernel := self._kernel(one.code):
                 self._advance(kernel, one, n)
@@ -100,17 +100,22 @@ class FleetSteps:
         members = [self._simulations[i] for i in which.tolist()]
         return _Group(code, self._plans[code // _KINDS].integrator, which, members)
 
-    def _look_at(self, free: Sequence[int]) -> None:
-        """Find the plans of these bodies."""
-        self._bodies, self._code = np.array(free), np.zeros(0, np.int64)
-        for i in free:
-            one = self._simulations[i]
-            plan, principal = _Plan(one.integrator, one.terms.kernels), one.body.principal_moments
-            if plan not in self._plans:
-                self._plans.append(plan)
-            self._plan[i] = self._plans.index(plan)
-            able = one.integrator is taylor.INTEGRATOR and compiled.ENABLED and not one.terms.actuated
-            self._in_lanes[i] = able and principal.max() <= THIN * principal.min()
+    def _look_at(self, free: Sequence[int], seen: list[Callable[[int], int]]) -> None:
+        """Find the plans of these bodies, which are advanced by what is ``seen``."""
+        self._bodies, self._code, self._seen = np.array(free), np.zeros(0, np.int64), seen
+        for i, kernel in zip(free, seen, strict=True):
+            if self._known[i] is not kernel:
+                self._known[i] = kernel
+                self._find_plan(i)
+
+    def _find_plan(self, i: int) -> None:
+        one = self._simulations[i]
+        plan, principal = _Plan(one.integrator, one.terms.kernels), one.body.principal_moments
+        if plan not in self._plans:
+            self._plans.append(plan)
+        self._plan[i] = self._plans.index(plan)
+        able = one.integrator is taylor.INTEGRATOR and compiled.ENABLED and not one.terms.actuated
+        self._in_lanes[i] = able and principal.max() <= THIN * principal.min()
 
     def _advance(self, kernel: many.Many, group: _Group, n: int) -> None:
         integrator, which, members = group.integrator, group.which, group.members

@@ -147,14 +147,14 @@ class KernelCache:
             return self._tell("read", f"{path} cannot be read ({reason.strerror}): compiling anew")
         if _digest(content[_DIGEST_SIZE:]) != content[:_DIGEST_SIZE]:
             return self._tell("damaged", f"{path} is damaged: compiling anew what is")
-        from numba.core.compiler import CompileResult
-        from numba.core.runtime import rtsys
-
-        # All that compiled code calls. numba's own cache loads what compiling needs, too: 0.4 s, with scipy.linalg.
-        rtsys.initialize(context)
         try:
+            from numba.core.compiler import CompileResult
+            from numba.core.runtime import rtsys
+
+            # All that compiled code calls. numba's own cache loads what compiling needs, too: 0.4 s, with scipy.linalg.
+            rtsys.initialize(context)
             return CompileResult._rebuild(context, *pickle.loads(content[_DIGEST_SIZE:]))
-        except Exception as reason:  # of another llvmlite, say
+        except Exception as reason:  # of another llvmlite, say, or another numba
             return self._tell("use", f"{path} cannot be used ({type(reason).__name__}): compiling anew")
 
     def save_overload(self, signature: Any, result: Any) -> None:
