@@ -77,7 +77,7 @@ def error_against_time(found: Sequence[Point], name: str, folder: Path) -> Pictu
             axes.plot(*_xy(points), label=method, **_style(method, points[0]["kind"], index))
         axes.set(xscale="log", yscale="log", title=TITLES[name], ylim=(NO_LOWER / 3, 10.0))
         axes.set_xlabel("CPU time per simulated second [µs]")
-        axes.set_ylabel("error: worse of attitude [rad] and position [of the way]")
+        axes.set_ylabel("error: worse of attitude [rad] and position [of the distance]")
         axes.legend(
             loc="center left",
             bbox_to_anchor=(1.0, 0.5),

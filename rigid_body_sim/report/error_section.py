@@ -16,13 +16,13 @@ BEST_LIBRARY, TIMES, TIMES_NEAR = "best other library", "times the cost", "times
 QUICK_PEER_PROBLEMS = ("body_wrench",)  # with all of them a quick report would take minutes
 
 _INTRO = (
-    "Every method solves every problem with several values of its knob, the step or the tolerance. The error is the "
-    "worse of attitude [rad] and position (relative to the way) at the end, against a reference of 35 digits. The cost "
-    "is CPU time of the process per simulated second: warm, the median of repeats, with the quartiles beside it in the "
-    "tables. What is timed goes from the start to the end, with every command on the way, and reads the end state; "
-    "nothing else. Compiling is apart, in a column of its own; where that is empty, nothing is compiled for a problem: "
-    "the kernels of this package are compiled once on a machine, for all problems, and kept. A method that solves for "
-    "several equal bodies at once is shown with the cost of one of them, and is not compared with the others. On the "
+    "Every method solves every problem with several steps or tolerances. The error is the worse of attitude [rad] and "
+    "position (relative to the distance from start to end) at the end, against a reference of 35 digits. The cost is "
+    "CPU time of the process per simulated second: warm, the median of repeats, with the quartiles beside it in the "
+    "tables. What is timed goes from the start to the end, with every command in between, and reads the end state; "
+    "nothing else. Compiling is apart, in a column of its own; where that is empty, nothing is compiled for a problem:"
+    " the kernels of this package are compiled once on a machine, for all problems, and kept. A method that solves for"
+    " several equal bodies at once is shown with the cost of one of them, and is not compared with the others. On the "
     f"frontier is what no other undercuts by more than {frontier.TIE:.0%} in cost with an error not larger; errors "
     f"below {frontier.ROUND_OFF:.0e} count as equal."
 )
@@ -274,7 +274,7 @@ def _points_table(found: Sequence[Point], name: str) -> Table:
          "yes" if p in edge else "")
         for p in found
     ]  # fmt: skip
-    columns = ("method", "kind", "knob", *_COLUMNS[:6], "CPU s/s", "quartile 1", "quartile 3", "repeats", "steps")
+    columns = ("method", "kind", "setting", *_COLUMNS[:6], "CPU s/s", "quartile 1", "quartile 3", "repeats", "steps")
     return Table(
         f"error_{name}", (*columns, "right-hand sides", "compile s", "frontier"), rows,
         "All measurements of this problem.", folded=True,

@@ -29,8 +29,8 @@ _HOW = (
     "programs. The `Ensemble` has mass, inertia and wrench of each body as data; peers have mass and inertia, the same "
     "for all, compiled as constants, and one wrench. heyoka is held to steps of 1 ms: in longer ones it and this "
     "package cover the same time for a fraction of this, as long as no command comes. The error is the worse of "
-    f"attitude [rad] and position (relative to the way) of {batch.COMPARED} bodies after 10 s, against the series of "
-    "this package in steps of 0.1 s, which is next to round-off from true."
+    f"attitude [rad] and position (relative to the distance from start to end) of {batch.COMPARED} bodies after 10 s, "
+    "against the series of this package in steps of 0.1 s, which is next to round-off from true."
 )
 
 

@@ -109,7 +109,7 @@ def _wrench(held: dict[str, Any]) -> Wrench:
 def errors(problem: Problem, end: End) -> dict[str, float | None]:
     """Errors of an end state: attitude [rad]; position, momentum and energy relative to the reference; and ``error``.
 
-    Position is relative to the way from start to end, momentum is the worse of P and L, energy is the kinetic one.
+    Position is relative to the distance from start to end, momentum is the worse of P and L, energy is the kinetic one.
     ``error`` is the worse of attitude and position: what a method is judged by. None for what is not finite.
     """
     q, w, v = (_long(values) for values in (end.orientation, end.angular_velocity, end.velocity))

@@ -222,12 +222,18 @@ def test_body_that_cannot_go_on_stops_alone_and_is_reset_alone(fleet_of):
 
     fleet = fleet_of({"bodies": ["red", "blue"], "rate": 100.0, "publish_rate": 50.0, "red.gravity": [1e307, 0.0, 0.0]})
     fleet.process.wait_for_output("red has stopped; red/reset starts it afresh: step ", 60.0)
-    red, blue = fleet.poses["red"], fleet.poses["blue"]
-    fleet.wait(lambda: red and blue and stamp_ns(blue[-1]) > stamp_ns(red[-1]) + 5e8, "half a second of blue alone")
-    stopped = len(red)
+    red, blue = fleet.poses["red"], fleet.poses["blue"]  # red has stopped maybe before it could be heard
+
+    def latest(poses):
+        return stamp_ns(poses[-1]) if poses else 0
+
+    fleet.wait(lambda: blue, "blue's poses")
+    begin_ns = stamp_ns(blue[0])
+    fleet.wait(lambda: latest(blue) > max(latest(red), begin_ns) + 5e8, "half a second of blue alone")
+    then_ns = latest(blue)
     answer = fleet.call(fleet.resets["red"], Trigger.Request())
     assert answer.success and answer.message == "red: initial state, no wrench; time and the other bodies go on"
-    fleet.wait(lambda: len(red) > stopped, "red's poses again")
+    fleet.wait(lambda: latest(red) > then_ns, "red's poses again")
 
 
 def test_killed_controller_is_missed_by_its_own_body_alone(fleet_of, tmp_path):
