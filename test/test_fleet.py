@@ -11,10 +11,11 @@ from rigid_body_sim import Body, Fleet, FleetScene, Scene, Simulation, Wrench, l
 
 CONFIG = Path(__file__).parents[1] / "config"
 PUSH = Wrench(force_body=(1.0, 0.0, 0.0), torque_body=(0.1, -0.2, 0.3))
+INERTIA = [0.1, 0.2, 0.25, 0.0, 0.0, 0.0]
 MIXED = {
     "bodies": ["free", "pushed", "dragged", "stiff", "rotor", "spin"],
     "rate": 500.0,
-    "body.inertia": [0.1, 0.2, 0.25, 0.0, 0.0, 0.0],
+    "body.inertia": INERTIA,
     "initial.angular_velocity": [0.3, -1.0, 0.2],
     "dragged.drag.quadratic": [0.1, 0.2, 0.3],
     "stiff.tethers.rope": {
@@ -64,8 +65,34 @@ def test_each_body_has_the_bits_of_a_simulation_alone():
     assert fleet.steps == 239
 
 
+def test_group_follows_who_is_busy_and_what_kind_of_wrench_is_held():
+    """Of four alike another one each step has a hold that ends, and all come to hold a wrench of another kind.
+
+    A group of bodies that are busy has other bits; one of the wrong kind has the same, and takes longer.
+    """
+    scene = FleetScene({"bodies.count": 4, "initial.angular_velocity": [0.3, -1.0, 0.2], "body.inertia": INERTIA})
+    fleet = Fleet.from_scene(scene)
+    alone = {name: Simulation.from_scene(one) for name, one in scene.scenes.items()}
+    for kind in (
+        Wrench(torque_body=(0.1, -0.2, 0.3)),
+        Wrench(torque_world=(0.3, 0.1, 0.2), force_body=(0.0, 1.0, 2.0)),
+    ):
+        for target in (fleet, alone):
+            for name in scene.scenes:
+                target[name].set_wrench(kind)
+        for busy in (None, *scene.scenes, *scene.scenes, None):
+            for target in (fleet, alone) if busy else ():
+                target[busy].set_wrench(PUSH, 0.001, "gust")
+            fleet.step()
+            for one in alone.values():
+                one.step()
+            assert {name: state(one) for name, one in fleet.items()} == {
+                name: state(one) for name, one in alone.items()
+            }
+
+
 def test_many_alike_have_the_bits_of_a_simulation_alone():
-    scene = FleetScene({"bodies.count": 11, "body.inertia": [0.1, 0.2, 0.25, 0.0, 0.0, 0.0]})
+    scene = FleetScene({"bodies.count": 11, "body.inertia": INERTIA})
     fleet = Fleet.from_scene(scene)
     alone = {name: Simulation.from_scene(one) for name, one in scene.scenes.items()}
     for turn in range(40):
@@ -84,7 +111,7 @@ def test_many_in_closed_form_have_the_bits_of_a_simulation_alone_however_steps_a
     scene = FleetScene(
         {
             "bodies.count": 5,
-            "body.inertia": [0.1, 0.2, 0.25, 0.0, 0.0, 0.0],
+            "body.inertia": INERTIA,
             "initial.angular_velocity": [0.3, -1.0, 0.2],
         }
     )
